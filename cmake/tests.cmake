@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: Apache-2.0
+# One test program a room; tests/ mirrors the folders. Every gtest case is a ctest test.
+find_package(GTest REQUIRED)
+include(GoogleTest)
+
+function(add_room_test room)
+  cmake_parse_arguments(ARG "" "TIMEOUT" "LIBRARIES" ${ARGN})
+  file(GLOB sources CONFIGURE_DEPENDS tests/${room}/*.cpp)
+  if(NOT sources)
+    return()
+  endif()
+  add_executable(test_${room} ${sources})
+  target_link_libraries(test_${room} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main)
+  target_compile_definitions(test_${room} PRIVATE BLOCKWALK_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}"
+    BLOCKWALK_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}")
+  gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_MODE PRE_TEST
+    PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${room})
+endfunction()
+
+# The float64 reference renderer: shares no code with the kernels.
+file(GLOB reference_sources CONFIGURE_DEPENDS tests/reference/*.cpp)
+add_library(reference STATIC ${reference_sources})
+target_link_libraries(reference PUBLIC volume)
+
+add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB PNG::PNG TIFF::TIFF PkgConfig::XXHASH)
+add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG)
+add_room_test(renderer TIMEOUT 600 LIBRARIES renderer protocol reference)
+add_room_test(server TIMEOUT 300 LIBRARIES server)
+add_room_test(cli TIMEOUT 300 LIBRARIES protocol)
+
+# Fuzz targets: with BLOCKWALK_FUZZ they are libFuzzer programs; always they run over seeds and seeded mutations.
+file(GLOB fuzz_targets CONFIGURE_DEPENDS tests/fuzz/fuzz_*.cpp)
+foreach(source IN LISTS fuzz_targets)
+  get_filename_component(name ${source} NAME_WE)
+  if(BLOCKWALK_FUZZ)
+    add_executable(${name} ${source})
+    target_compile_options(${name} PRIVATE -fsanitize=fuzzer)
+    target_link_options(${name} PRIVATE -fsanitize=fuzzer)
+  else()
+    add_executable(${name} ${source} tests/fuzz/mutate.cpp)
+    add_test(NAME fuzz.${name} COMMAND ${name})
+    set_tests_properties(fuzz.${name} PROPERTIES TIMEOUT 120 LABELS fuzz)
+  endif()
+  target_link_libraries(${name} PRIVATE protocol volume PkgConfig::XXHASH)
+endforeach()
+
+if(BLOCKWALK_WEB)
+  find_program(NODE node REQUIRED)
+  add_test(NAME web.unit COMMAND ${CMAKE_COMMAND} -E env ${NODE} --test ${CMAKE_CURRENT_BINARY_DIR}/web/test)
+  add_test(NAME web.browser COMMAND ${CMAKE_COMMAND} -E env BLOCKWALK_BIN=$<TARGET_FILE_DIR:blockwalkd>
+    ${NODE} --test ${CMAKE_CURRENT_BINARY_DIR}/web/browser_test.mjs)
+  set_tests_properties(web.unit web.browser PROPERTIES TIMEOUT 240 LABELS web)
+endif()

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// The renderer's door: a device, volumes resident on it, and frames. No Vulkan types here.
+//
+// One Renderer and its volumes belong to one thread, but for cancel flags, which any thread may set.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "renderer/view.h"
+#include "volume/file.h"
+
+namespace blockwalk {
+
+// The driver refused: no device, out of memory, device lost. Not the fault of input.
+struct DeviceError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct DeviceOptions {
+  std::string device;           // part of a name, or an index; empty: discrete, else integrated, else software
+  bool allow_ray_query = true;  // false hides ray queries, so that `grid` serves everything
+  bool validation = false;      // Khronos validation with synchronisation validation; messages go to `onMessage`
+  std::uint64_t chunk_bytes = std::uint64_t{256} << 20;  // one allocation of voxels; lowered to what the device allows
+  double band_ms = 25;          // frames are cut into bands of about this device time
+  std::function<void(const std::string&)> on_message;  // validation messages and one-time notes
+};
+
+struct DeviceInfo {
+  std::string name;
+  std::string driver;
+  std::string driver_version;
+  std::string api_version;
+  std::string kind;  // discrete, integrated, virtual, software
+  bool ray_query = false;
+  std::uint64_t memory_budget_bytes = 0;
+  std::uint64_t memory_used_bytes = 0;  // by this renderer
+};
+
+// Every device that could be chosen, best first; for --help and messages.
+std::vector<DeviceInfo> listDevices();
+
+struct RenderStats {
+  double gpu_ms = 0;    // sum over the bands, by timestamp queries
+  double total_ms = 0;  // wall time of the call
+  std::uint64_t rays = 0;
+  std::uint64_t queries = 0;        // times the finder was asked
+  std::uint64_t block_visits = 0;
+  std::uint64_t subblock_visits = 0;
+  std::uint64_t voxel_steps = 0;
+  std::string finder;
+  bool walk = true;
+  bool cull = true;
+  int level = 0;
+  std::string kernel;  // the kernel key, readable
+  std::uint64_t loop_bound_hits = 0;
+  std::uint64_t non_finite = 0;
+};
+
+// Per pixel, row 0 at the top. `probes` is filled only when asked for.
+struct Probe {
+  std::int32_t x = -1, y = -1, z = -1;  // first-hit: voxel of the level drawn; -1 when nothing is hit
+  std::uint32_t blocks = 0;             // blocks: how many blocks of the range the ray crosses
+  float t = 0;                          // first-hit: world distance from the eye (orthographic: from the eye's plane)
+};
+
+struct Frame {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint32_t> pixels;  // straight rgba8, red in the lowest byte
+  std::vector<Probe> probes;
+  RenderStats stats;
+  bool cancelled = false;  // then pixels are incomplete
+};
+
+struct RenderOptions {
+  bool count = true;    // fill the counters of RenderStats; off makes the kernel a little faster
+  bool probe = false;   // fill Frame::probes
+  const std::atomic<bool>* cancel = nullptr;  // looked at between bands
+};
+
+// A volume on the device. Levels and acceleration structures become resident when a frame first needs them.
+class ResidentVolume {
+ public:
+  virtual ~ResidentVolume() = default;
+  virtual const VolumeInfo& info() const = 0;
+  virtual std::uint64_t deviceBytes() const = 0;
+};
+
+class Renderer {
+ public:
+  virtual ~Renderer() = default;
+  virtual DeviceInfo device() const = 0;
+  // Takes the file; the level that a default view shows becomes resident now, so that errors in it show now.
+  // Throws DataError for the file, DeviceError for the device.
+  virtual std::unique_ptr<ResidentVolume> load(VolumeFile file) = 0;
+  // Throws ViewError for the view, DataError for a broken file, DeviceError for the device.
+  virtual Frame render(ResidentVolume& volume, const View& view, const RenderOptions& options) = 0;
+};
+
+std::unique_ptr<Renderer> createRenderer(const DeviceOptions& options);
+
+}  // namespace blockwalk

@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// A view: the camera, the density range and everything else that one image depends on. Plain data, no Vulkan.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+#include <vector>
+
+#include "volume/error.h"
+#include "volume/volume.h"
+
+namespace blockwalk {
+
+enum class Mode : std::uint8_t { blend, first_hit, blocks };
+enum class Filter : std::uint8_t { nearest };
+enum class Finder : std::uint8_t { automatic, query, grid };
+
+constexpr int kMaxImageSide = 8192;
+constexpr int kAutoLevel = -1;
+
+struct DensityRange {
+  double lo = 0;  // data units, inclusive
+  double hi = 0;
+  bool operator==(const DensityRange&) const = default;
+};
+
+// A control point of a transfer function: value in data units, display-referred colour 0..1, opacity over the unit distance.
+struct TransferPoint {
+  double value = 0;
+  glm::dvec3 color{0};
+  double opacity = 0;
+  bool operator==(const TransferPoint&) const = default;
+};
+
+struct ClipBox {
+  glm::dvec3 min{0};  // world
+  glm::dvec3 max{0};
+  bool operator==(const ClipBox&) const = default;
+};
+
+// What is absent is chosen for the volume by resolveView().
+struct View {
+  int width = 1024;
+  int height = 768;
+  std::optional<glm::dvec3> eye;     // world
+  std::optional<glm::dvec3> target;  // world; default the volume's centre
+  std::optional<glm::dvec3> up;      // default +y
+  double fov_degrees = 40;           // vertical
+  std::optional<double> ortho_height;  // world; orthographic when present
+  std::optional<DensityRange> range;   // default the volume's non-empty range
+  Mode mode = Mode::blend;
+  Filter filter = Filter::nearest;
+  double extinction = 0.2;            // rgba8: per unit distance at density 255
+  std::vector<TransferPoint> transfer;  // scalar volumes; empty: chosen from the histogram
+  std::optional<ClipBox> clip;
+  int level = kAutoLevel;
+  std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity
+  Finder finder = Finder::automatic;
+  bool walk = true;
+  bool cull = true;
+  bool operator==(const View&) const = default;
+};
+
+// An orthonormal camera in world space. right, up and forward are unit vectors; right-handed: forward = up x right,
+// that is -z looks forward when right is +x and up is +y.
+struct Camera {
+  glm::dvec3 eye{0};
+  glm::dvec3 right{1, 0, 0};
+  glm::dvec3 up{0, 1, 0};
+  glm::dvec3 forward{0, 0, -1};
+  bool orthographic = false;
+  double half_height = 0;  // perspective: tan(fov / 2); orthographic: half the world height
+  double half_width = 0;
+};
+
+// A view that cannot be drawn: `field` is the name of INTERFACE's view member that is to blame.
+struct ViewError : DataError {
+  ViewError(std::string field_name, const std::string& detail) : DataError(detail), field(std::move(field_name)) {}
+  std::string field;
+};
+
+// Fills every absent member from the volume: eye, target, up, range, transfer. Throws ViewError where the view is undefined
+// for this volume: eye = target, up parallel to the view, range inverted, a transfer function for rgba8, a level that is
+// not there, a clip box inverted.
+View resolveView(const View& view, const VolumeInfo& info);
+
+// The camera of a resolved view.
+Camera makeCamera(const View& resolved);
+
+// A transfer function from the histogram: transparent below the body of the data, warm ramp above.
+std::vector<TransferPoint> defaultTransfer(const VolumeInfo& info);
+
+}  // namespace blockwalk

@@ -1,0 +1,47 @@
+// SPDX-License-Identifier: Apache-2.0
+// Builds a .bwv file from a source, streaming: rows in, one file out, bounded memory.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string_view>
+
+#include "volume/source.h"
+#include "volume/volume.h"
+
+namespace blockwalk {
+
+enum class MaskBins { automatic, uniform, quantile };
+
+struct BuildOptions {
+  int subblock_side = 8;
+  int block_side = 6;
+  std::uint64_t memory_bytes = std::uint64_t{2} << 30;
+  // Data units. Default: 0 when no voxel is negative, else the smallest value.
+  std::optional<double> empty_threshold;
+  // automatic: uniform (density domain / 8, Derin et al. 2021, 2.3) for rgba8 and u8, quantiles for u16 and f32.
+  MaskBins mask_bins = MaskBins::automatic;
+  // step name, work done and work in all (rows, then subblocks); called often, from the calling thread.
+  std::function<void(std::string_view step, std::uint64_t done, std::uint64_t total)> progress;
+};
+
+struct BuildReport {
+  VolumeInfo info;
+  std::uint64_t file_bytes = 0;
+  std::uint64_t level0_voxel_bytes = 0;
+  std::uint64_t coarser_level_bytes = 0;  // sections of levels 1.. : records and voxels
+  std::uint64_t overhead_bytes = 0;       // header, level 0's records, checksums, padding
+};
+
+// Writes `path` under a temporary name in the same folder and renames it when complete and synced. Temporary data lives in
+// unlinked files there. Throws DataError for what the source or the options get wrong, std::system_error for the disk.
+BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options);
+
+// Reads the source once more and compares every voxel with the file: stored ones bit for bit, the others must be empty.
+// Throws DataError naming the first voxel that differs. Returns the number of voxels compared.
+std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
+                           const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress = {});
+
+}  // namespace blockwalk

@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading a .bwv file. The byte map is docs/format.md and the top of volume/file_layout.h.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+
+#include "volume/volume.h"
+
+namespace blockwalk {
+
+// An open volume file: memory-mapped, header and record sections validated. Move-only owner of the mapping.
+// Every constructor and method throws DataError that names the file, the field or offset, and the bound.
+// Thread-compatible: const methods may run at the same time from several threads.
+class VolumeFile {
+ public:
+  explicit VolumeFile(const std::filesystem::path& path);
+  ~VolumeFile();
+  VolumeFile(VolumeFile&&) noexcept;
+  VolumeFile& operator=(VolumeFile&&) noexcept;
+
+  const VolumeInfo& info() const;
+  const std::filesystem::path& path() const;
+  std::uint64_t fileBytes() const;
+  // Bytes of everything but level 0's voxels and the coarser levels' sections: header, records, checksums, padding.
+  std::uint64_t levelSectionBytes(int level) const;  // records, checksums and voxels of one level
+
+  // Decodes and validates the records of a level; neighbours are linked.
+  Level readLevel(int level) const;
+  // Copies `count` subblocks' voxels starting at subblock `first` of the level: count * subblockVoxels() * voxelBytes
+  // bytes, subblock after subblock, x fastest inside. Verifies the checksums of the file chunks it touches, and that the
+  // file has not shrunk since it was opened.
+  void readVoxels(int level, std::uint64_t first, std::uint64_t count, std::span<std::byte> out) const;
+
+ private:
+  struct Mapping;
+  std::unique_ptr<Mapping> mapping_;
+};
+
+}  // namespace blockwalk

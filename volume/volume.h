@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// The sparse volume as plain data: what a volume is (VolumeInfo) and the records of one level (Level).
+//
+// Index space of level n: voxel (i,j,k) covers [i,i+1)x[j,j+1)x[k,k+1), centre at +0.5. Level 0 is the finest; a voxel of
+// level n+1 covers 2x2x2 voxels of level n. `world_from_index` takes level 0's index space to world space.
+// "Stored units" are the numbers in the voxels; data units = value_offset + value_scale * stored.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "volume/voxel.h"
+
+namespace blockwalk {
+
+constexpr int kMaxDim = 65536;         // voxels an axis
+constexpr int kMaxLevels = 18;         // 65536 voxels halved until one voxel is left, and level 0
+constexpr int kMaxBlockSide = 6;       // subblocks; 6^3 = 216 indices fit 8 bits
+constexpr int kRangeMaskBins = 8;      // Vulkan instance masks have 8 bits (Derin et al. 2021, 2.3)
+constexpr int kHistogramBins = 256;
+
+// Size of one level, known without reading its records.
+struct LevelInfo {
+  glm::ivec3 dims{0};        // voxels: ceil(level 0 dims / 2^n)
+  std::uint64_t block_count = 0;
+  std::uint64_t subblock_count = 0;
+  std::uint64_t voxel_bytes = 0;  // subblock_count * subblock_side^3 * voxelBytes
+};
+
+struct VolumeInfo {
+  VoxelType type = VoxelType::u8;
+  glm::ivec3 dims{0};
+  int subblock_side = 8;  // voxels: 4, 8 or 16
+  int block_side = 6;     // subblocks: 1..6
+  glm::dmat4 world_from_index{1.0};
+  double value_scale = 1;
+  double value_offset = 0;
+  // Stored units. A voxel whose density is <= empty_threshold, NaN or infinite is empty: it is never shown.
+  float empty_threshold = 0;
+  // Smallest and largest density of non-empty voxels of level 0, stored units; 0 and 0 when all are empty.
+  float density_min = 0;
+  float density_max = 0;
+  // Interior cuts of the 8 range-mask bins, ascending, stored units: density d is in bin #{cuts <= d}.
+  std::array<float, kRangeMaskBins - 1> bin_cuts{};
+  // Non-empty voxels of level 0 in equal bins over [histogram_lo, histogram_hi] (stored units, both inclusive).
+  float histogram_lo = 0;
+  float histogram_hi = 0;
+  std::array<std::uint64_t, kHistogramBins> histogram{};
+  std::uint64_t nonempty_voxels = 0;   // level 0
+  std::uint64_t nonfinite_voxels = 0;  // NaN or infinite in the source
+  double largest_rounding = 0;         // data units: what conversion to the stored type changed at most
+  std::string source_name;             // for people: what it was imported from, no path
+  std::vector<LevelInfo> levels;       // [0] is the finest
+
+  int blockVoxels() const { return subblock_side * block_side; }
+  std::uint64_t subblockVoxels() const {
+    return static_cast<std::uint64_t>(subblock_side) * static_cast<std::uint64_t>(subblock_side * subblock_side);
+  }
+  double dataFromStored(double stored) const { return value_offset + value_scale * stored; }
+  double storedFromData(double data) const { return (data - value_offset) / value_scale; }
+};
+
+// bin of a density, 0..7, in stored units
+inline int rangeMaskBin(const std::array<float, kRangeMaskBins - 1>& cuts, float density) {
+  int bin = 0;
+  for (float cut : cuts) bin += density >= cut ? 1 : 0;
+  return bin;
+}
+
+// One stored subblock. Minimum, maximum and mask are over its non-empty voxels, in stored units.
+struct Subblock {
+  float density_min = 0;
+  float density_max = 0;
+  std::uint8_t range_mask = 0;  // bit b: some voxel lies in bin b; never 0
+};
+
+constexpr std::uint32_t kNoBlock = 0xffffffffu;
+
+// One block: up to block_side^3 subblocks, at least one. Blocks of a level are in Morton order of `origin`.
+struct Block {
+  glm::ivec3 origin{0};  // in blocks: the block's first voxel is origin * blockVoxels()
+  float density_min = 0;
+  float density_max = 0;
+  std::uint8_t range_mask = 0;
+  std::uint16_t subblock_count = 0;
+  std::uint64_t first_subblock = 0;  // in Level::subblocks; the block's subblocks are consecutive
+  // Bit i: local subblock i = x + block_side * (y + block_side * z) is stored. Stored ones keep that order.
+  std::array<std::uint64_t, 4> occupancy{};
+  // -x +x -y +y -z +z: index in Level::blocks, or kNoBlock
+  std::array<std::uint32_t, 6> neighbours{kNoBlock, kNoBlock, kNoBlock, kNoBlock, kNoBlock, kNoBlock};
+};
+
+// The records of one level, without its voxels.
+struct Level {
+  LevelInfo info;
+  std::vector<Block> blocks;
+  std::vector<Subblock> subblocks;
+};
+
+// Bits of x, y and z interleaved, x lowest; each below 2^21.
+std::uint64_t mortonCode(glm::uvec3 position);
+
+// Fills Block::neighbours. The blocks must be in Morton order without repeats.
+void linkNeighbours(std::vector<Block>& blocks);
+
+// dims of level n; number of levels until one block holds the whole volume.
+glm::ivec3 levelDims(glm::ivec3 dims, int level);
+int levelCount(glm::ivec3 dims, int block_voxels);
+
+// World box of the volume and its smallest voxel spacing, which is the unit distance of extinction and opacity.
+struct WorldBox {
+  glm::dvec3 min{0};
+  glm::dvec3 max{0};
+};
+WorldBox worldBox(const VolumeInfo& info);
+double unitDistance(const VolumeInfo& info);
+
+}  // namespace blockwalk
