@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// JSON from outside: parsed with every bound checked before anything is built from it.
+#pragma once
+
+#include <cstddef>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <string_view>
+
+#include "volume/error.h"
+
+namespace blockwalk {
+
+struct JsonLimits {
+  std::size_t text_bytes = std::size_t{1} << 20;
+  std::size_t depth = 32;
+  std::size_t string_bytes = std::size_t{64} << 10;  // keys too
+};
+
+struct JsonError : DataError {
+  JsonError(std::size_t byte, const std::string& detail) : DataError(detail), position(byte) {}
+  std::size_t position;  // bytes read when the fault was seen
+};
+
+// RFC 8259 without concessions: no byte order mark, no NUL, no repeated member, no number that a double cannot hold
+// (1e400, 1e-400). Throws JsonError; the depth is checked before any value is built, so hostile nesting costs nothing.
+nlohmann::json parseJson(std::string_view text, const JsonLimits& limits = {});
+
+// One line of ASCII; bytes that are not UTF-8 become U+FFFD instead of an exception.
+std::string writeJson(const nlohmann::json& value);
+
+}  // namespace blockwalk

@@ -1,0 +1,58 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocol/view_json.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "protocol/view_fields.h"
+#include "protocol/view_values.h"
+
+namespace blockwalk {
+namespace {
+
+using nlohmann::json;
+
+std::string scalarText(const std::string& name, const json& value) {
+  if (value.is_string()) return value.get<std::string>();
+  if (value.is_number_integer())
+    return value.is_number_unsigned() ? std::to_string(value.get<std::uint64_t>())
+                                      : std::to_string(value.get<std::int64_t>());
+  if (value.is_number_float()) return numberText(value.get<double>());
+  if (value.is_boolean()) return value.get<bool>() ? "on" : "off";
+  failValue(name, "must be a number, a string, true, false or an array of those", value.type_name());
+}
+
+char separatorOf(std::string_view name) {
+  if (name == "size") return 'x';
+  if (name == "range") return ':';
+  return ',';
+}
+
+}  // namespace
+
+std::vector<std::pair<std::string, std::string>> viewFieldTexts(const json& object,
+                                                                std::span<const std::string_view> skip) {
+  if (!object.is_object()) failValue("view", "must be a JSON object", object.type_name());
+  std::vector<std::pair<std::string, std::string>> pairs;
+  for (const auto& [name, value] : object.items()) {
+    if (std::find(skip.begin(), skip.end(), name) != skip.end()) continue;
+    if (!value.is_array()) {
+      pairs.emplace_back(name, scalarText(name, value));
+      continue;
+    }
+    std::string text;
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      if (i > 0) text += separatorOf(name);
+      text += scalarText(name, value[i]);
+    }
+    pairs.emplace_back(name, std::move(text));
+  }
+  return pairs;
+}
+
+void setViewFields(ImageRequest& request, const json& object, std::span<const std::string_view> skip) {
+  const auto pairs = viewFieldTexts(object, skip);
+  setViewFields(request, std::span<const std::pair<std::string, std::string>>(pairs));
+}
+
+}  // namespace blockwalk

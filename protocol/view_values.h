@@ -1,0 +1,37 @@
+// SPDX-License-Identifier: Apache-2.0
+// The text forms of a view's values. Parsers take the whole text or throw ViewError naming `field` and the bound;
+// nothing is trimmed, clamped or guessed. Writers give the shortest text that parses back to the same value.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <limits>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/view.h"
+
+namespace blockwalk {
+
+constexpr std::size_t kMaxTransferPoints = 256;
+
+// Throws ViewError("field", "field: detail, not 'text'"); the text is shortened and made printable.
+[[noreturn]] void failValue(std::string_view field, std::string_view detail, std::string_view text);
+
+double parseNumber(std::string_view field, std::string_view text);  // finite
+int parseInteger(std::string_view field, std::string_view text, int lo, int hi);
+bool parseSwitch(std::string_view field, std::string_view text);  // on, off
+glm::dvec3 parseVector(std::string_view field, std::string_view text);
+DensityRange parseRange(std::string_view field, std::string_view text);                 // lo:hi
+ClipBox parseClip(std::string_view field, std::string_view text);                       // x0,y0,z0,x1,y1,z1
+std::array<std::uint8_t, 4> parseColor(std::string_view field, std::string_view text);  // rrggbb or rrggbbaa
+std::vector<TransferPoint> parseTransfer(std::string_view field, std::string_view text);
+
+std::string numberText(double value);
+std::string vectorText(const glm::dvec3& value);
+std::string colorText(const std::array<std::uint8_t, 4>& color);
+std::string transferText(const std::vector<TransferPoint>& points);
+
+}  // namespace blockwalk

@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocol/volume_json.h"
+
+#include <nlohmann/json.hpp>
+
+#include "protocol/view_values.h"
+#include "renderer/view.h"
+
+namespace blockwalk {
+namespace {
+
+using nlohmann::json;
+
+json vectorJson(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+
+json transformJson(const glm::dmat4& transform) {
+  json rows = json::array();
+  for (int row = 0; row < 3; ++row) {
+    rows.push_back({transform[0][row], transform[1][row], transform[2][row], transform[3][row]});
+  }
+  return rows;
+}
+
+json levelsJson(const VolumeInfo& info) {
+  json levels = json::array();
+  for (std::size_t n = 0; n < info.levels.size(); ++n) {
+    const LevelInfo& level = info.levels[n];
+    levels.push_back({{"level", n},
+                      {"dims", {level.dims.x, level.dims.y, level.dims.z}},
+                      {"blocks", level.block_count},
+                      {"subblocks", level.subblock_count},
+                      {"stored_bytes", level.voxel_bytes}});
+  }
+  return levels;
+}
+
+// The view that a client shows first: resolveView's choice for a view that says nothing.
+json defaultViewJson(const VolumeInfo& info) {
+  const View view = resolveView(View{}, info);
+  json object = {{"eye", vectorJson(view.eye.value())},
+                 {"target", vectorJson(view.target.value())},
+                 {"up", vectorJson(view.up.value())},
+                 {"fov", view.fov_degrees},
+                 {"range", {view.range.value().lo, view.range.value().hi}}};
+  if (!view.transfer.empty()) object["tf"] = transferText(view.transfer);
+  return object;
+}
+
+std::uint64_t storedBytes(const VolumeInfo& info) {
+  std::uint64_t bytes = 0;
+  for (const LevelInfo& level : info.levels) bytes += level.voxel_bytes;
+  return bytes;
+}
+
+}  // namespace
+
+json volumeJson(const VolumeInfo& info, std::uint64_t file_bytes) {
+  const auto data = [&](float stored) { return info.dataFromStored(static_cast<double>(stored)); };
+  json cuts = json::array();
+  for (float cut : info.bin_cuts) cuts.push_back(data(cut));
+  json spacing = json::array();
+  for (int axis = 0; axis < 3; ++axis) spacing.push_back(glm::length(glm::dvec3(info.world_from_index[axis])));
+  const WorldBox box = worldBox(info);
+  const std::uint64_t voxels = static_cast<std::uint64_t>(info.dims.x) * static_cast<std::uint64_t>(info.dims.y) *
+                               static_cast<std::uint64_t>(info.dims.z);
+  return {
+      {"name", info.source_name},
+      {"type", voxelTypeName(info.type)},
+      {"dims", {info.dims.x, info.dims.y, info.dims.z}},
+      {"spacing", std::move(spacing)},
+      {"world_from_index", transformJson(info.world_from_index)},
+      {"world_box", {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}},
+      {"unit_distance", unitDistance(info)},
+      {"value_scale", info.value_scale},
+      {"value_offset", info.value_offset},
+      {"empty_threshold", data(info.empty_threshold)},
+      {"density_range", {data(info.density_min), data(info.density_max)}},
+      {"histogram", {{"lo", data(info.histogram_lo)}, {"hi", data(info.histogram_hi)}, {"counts", info.histogram}}},
+      {"bin_cuts", std::move(cuts)},
+      {"subblock_side", info.subblock_side},
+      {"block_side", info.block_side},
+      {"levels", levelsJson(info)},
+      {"stored_bytes", storedBytes(info)},
+      {"dense_bytes", voxels * voxelBytes(info.type)},
+      {"file_bytes", file_bytes},
+      {"nonempty_voxels", info.nonempty_voxels},
+      {"nonempty_share", voxels == 0 ? 0.0 : static_cast<double>(info.nonempty_voxels) / static_cast<double>(voxels)},
+      {"nonfinite_voxels", info.nonfinite_voxels},
+      {"largest_rounding", info.largest_rounding},
+      {"source", info.source_name},
+      {"default_view", defaultViewJson(info)}};
+}
+
+}  // namespace blockwalk
