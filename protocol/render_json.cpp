@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocol/render_json.h"
+
+#include <nlohmann/json.hpp>
+
+namespace blockwalk {
+
+nlohmann::json statsJson(const RenderStats& stats) {
+  return {{"gpu_ms", stats.gpu_ms},
+          {"total_ms", stats.total_ms},
+          {"rays", stats.rays},
+          {"queries", stats.queries},
+          {"block_visits", stats.block_visits},
+          {"subblock_visits", stats.subblock_visits},
+          {"voxel_steps", stats.voxel_steps},
+          {"finder", stats.finder},
+          {"walk", stats.walk},
+          {"cull", stats.cull},
+          {"level", stats.level},
+          {"kernel", stats.kernel},
+          {"loop_bound_hits", stats.loop_bound_hits},
+          {"non_finite", stats.non_finite}};
+}
+
+nlohmann::json deviceJson(const DeviceInfo& device) {
+  return {{"name", device.name},
+          {"driver", device.driver},
+          {"driver_version", device.driver_version},
+          {"api_version", device.api_version},
+          {"kind", device.kind},
+          {"ray_query", device.ray_query},
+          {"memory_budget_bytes", device.memory_budget_bytes},
+          {"memory_used_bytes", device.memory_used_bytes}};
+}
+
+}  // namespace blockwalk
