@@ -10,8 +10,10 @@
 
 namespace blockwalk {
 
-// An open volume file: memory-mapped, header and record sections validated. Move-only owner of the mapping.
+// An open volume file: memory-mapped, its header and section table validated; a level's records are validated when they
+// are read, its voxels against their checksums. Move-only owner of the mapping.
 // Every constructor and method throws DataError that names the file, the field or offset, and the bound.
+// A level or a subblock that the file does not have is the caller's error (BLOCKWALK_CHECK).
 // Thread-compatible: const methods may run at the same time from several threads.
 class VolumeFile {
  public:
@@ -23,14 +25,13 @@ class VolumeFile {
   const VolumeInfo& info() const;
   const std::filesystem::path& path() const;
   std::uint64_t fileBytes() const;
-  // Bytes of everything but level 0's voxels and the coarser levels' sections: header, records, checksums, padding.
-  std::uint64_t levelSectionBytes(int level) const;  // records, checksums and voxels of one level
+  std::uint64_t levelSectionBytes(int level) const;  // records, checksums and voxels of one level, without padding
 
   // Decodes and validates the records of a level; neighbours are linked.
   Level readLevel(int level) const;
   // Copies `count` subblocks' voxels starting at subblock `first` of the level: count * subblockVoxels() * voxelBytes
-  // bytes, subblock after subblock, x fastest inside. Verifies the checksums of the file chunks it touches, and that the
-  // file has not shrunk since it was opened.
+  // bytes, subblock after subblock, x fastest inside. Verifies the checksums of the file chunks it touches, and that
+  // the file has not shrunk since it was opened.
   void readVoxels(int level, std::uint64_t first, std::uint64_t count, std::span<std::byte> out) const;
 
  private:

@@ -1,0 +1,98 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/volume.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "volume/error.h"
+
+namespace blockwalk {
+namespace {
+
+// The low 21 bits of `value` moved to every third bit.
+std::uint64_t spreadBits(std::uint64_t value) {
+  value &= 0x1fffff;
+  value = (value | value << 32) & 0x001f00000000ffff;
+  value = (value | value << 16) & 0x001f0000ff0000ff;
+  value = (value | value << 8) & 0x100f00f00f00f00f;
+  value = (value | value << 4) & 0x10c30c30c30c30c3;
+  value = (value | value << 2) & 0x1249249249249249;
+  return value;
+}
+
+// Index of `code` in the ascending `codes`, looked for after `from`; codes.size() when it is not there. Neighbours are
+// near in Morton order, so doubling steps find them in a few cache lines where a plain binary search would touch many.
+std::size_t findAfter(const std::vector<std::uint64_t>& codes, std::size_t from, std::uint64_t code) {
+  std::size_t lo = from + 1;
+  std::size_t step = 1;
+  while (lo + step < codes.size() && codes[lo + step] < code) {
+    lo += step;
+    step *= 2;
+  }
+  const std::size_t hi = std::min(lo + step + 1, codes.size());
+  const auto begin = codes.begin() + static_cast<std::ptrdiff_t>(std::min(lo, codes.size()));
+  const auto end = codes.begin() + static_cast<std::ptrdiff_t>(hi);
+  const auto found = std::lower_bound(begin, end, code);
+  return found != end && *found == code ? static_cast<std::size_t>(found - codes.begin()) : codes.size();
+}
+
+}  // namespace
+
+std::uint64_t mortonCode(glm::uvec3 position) {
+  return spreadBits(position.x) | spreadBits(position.y) << 1 | spreadBits(position.z) << 2;
+}
+
+void linkNeighbours(std::vector<Block>& blocks) {
+  BLOCKWALK_CHECK(blocks.size(), <, kNoBlock);
+  std::vector<std::uint64_t> codes(blocks.size());
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    codes[i] = mortonCode(glm::uvec3(blocks[i].origin));
+    blocks[i].neighbours.fill(kNoBlock);
+    if (i > 0) BLOCKWALK_CHECK(codes[i - 1], <, codes[i]);
+  }
+  // A neighbour on the positive side has the larger code; each find links both.
+  for (std::size_t i = 0; i < blocks.size(); ++i) {
+    for (int axis = 0; axis < 3; ++axis) {
+      glm::uvec3 origin(blocks[i].origin);
+      ++origin[axis];
+      const std::size_t other = findAfter(codes, i, mortonCode(origin));
+      if (other == codes.size()) continue;
+      const auto face = static_cast<std::size_t>(2 * axis);
+      blocks[i].neighbours[face + 1] = static_cast<std::uint32_t>(other);
+      blocks[other].neighbours[face] = static_cast<std::uint32_t>(i);
+    }
+  }
+}
+
+glm::ivec3 levelDims(glm::ivec3 dims, int level) {
+  BLOCKWALK_CHECK(level, >=, 0);
+  BLOCKWALK_CHECK(level, <, kMaxLevels);
+  const int half = (1 << level) - 1;
+  return {(dims.x + half) >> level, (dims.y + half) >> level, (dims.z + half) >> level};
+}
+
+int levelCount(glm::ivec3 dims, int block_voxels) {
+  BLOCKWALK_CHECK(block_voxels, >, 1);
+  int count = 1;
+  for (int side = std::max({dims.x, dims.y, dims.z}); side > block_voxels; side = (side + 1) / 2) ++count;
+  return count;
+}
+
+WorldBox worldBox(const VolumeInfo& info) {
+  WorldBox box{.min = glm::dvec3(std::numeric_limits<double>::infinity()),
+               .max = glm::dvec3(-std::numeric_limits<double>::infinity())};
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 sides((corner & 1) != 0, (corner & 2) != 0, (corner & 4) != 0);
+    const glm::dvec3 world(info.world_from_index * glm::dvec4(sides * glm::dvec3(info.dims), 1.0));
+    box.min = glm::min(box.min, world);
+    box.max = glm::max(box.max, world);
+  }
+  return box;
+}
+
+double unitDistance(const VolumeInfo& info) {
+  const glm::dmat4& map = info.world_from_index;
+  return std::min({glm::length(glm::dvec3(map[0])), glm::length(glm::dvec3(map[1])), glm::length(glm::dvec3(map[2]))});
+}
+
+}  // namespace blockwalk
