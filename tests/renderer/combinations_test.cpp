@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// Every finder, with and without walking and culling, gives the same image: they only skip what contributes nothing.
+#include "tests/renderer/compare.h"
+#include "tests/renderer/scenes.h"
+#include "tests/renderer/views.h"
+
+namespace blockwalk::test {
+namespace {
+
+using CombinationsTest = SceneTest;
+
+TEST_P(CombinationsTest, GiveTheSameImage) {
+  const std::vector<Combination> combinations = RendererTest::combinations();
+  for (const View& base : randomViews(scene().info, scene().dense(0), 11)) {
+    for (Mode mode : {Mode::blend, Mode::first_hit, Mode::blocks}) {
+      View view = base;
+      view.mode = mode;
+      const Frame first = draw(scene(), with(view, combinations.front()));
+      for (std::size_t i = 1; i < combinations.size(); ++i) {
+        const Frame other = draw(scene(), with(view, combinations[i]));
+        const ImageError error = compareImages(other, first);
+        EXPECT_LE(error.largest, 1) << toString(combinations[i]) << " against " << toString(combinations.front())
+                                    << ": " << error.worst << "\n  view " << toString(view);
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(On, CombinationsTest, ::testing::ValuesIn(allScenes()), sceneName);
+
+}  // namespace
+}  // namespace blockwalk::test

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far images, hits and block counts are apart, and a sentence about where it is worst.
+#pragma once
+
+#include <string>
+
+#include "renderer/renderer.h"
+#include "tests/reference/reference.h"
+
+namespace blockwalk::test {
+
+// Rays nearer than this to an edge, or in a plane of faces, may cross other cells by rounding alone; in voxels.
+constexpr double kNearEdge = 1e-3;
+
+struct ImageError {
+  int largest = 0;     // of any channel, 8-bit steps
+  double squared = 0;  // sum over the pixels and channels compared
+  std::size_t channels = 0;
+  std::size_t skipped = 0;  // pixels whose ray runs in a plane of faces
+  std::string worst{};      // pixel and both colours
+
+  double psnr() const;  // dB; infinite where nothing differs
+  void add(const ImageError& other);
+};
+
+ImageError compareImages(const Frame& a, const Frame& b);
+
+// Against the rounded reference. The colour of a pixel that neither side covers at all is nobody's.
+ImageError compareToReference(const Frame& frame, const reference::Image& expected);
+
+struct ProbeError {
+  std::size_t pixels = 0;
+  std::size_t wrong = 0;      // another voxel, or another count
+  std::size_t unexcused = 0;  // wrong though the ray is nowhere within kNearEdge of an edge
+  std::string worst{};        // first unexcused, else first wrong
+
+  void add(const ProbeError& other);
+};
+
+ProbeError compareHits(const Frame& frame, const reference::Image& expected, double voxels_per_world);
+ProbeError compareBlocks(const Frame& frame, const reference::Image& expected);
+
+}  // namespace blockwalk::test

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the renderer's tests share: one renderer a process with validation on, volumes built into a temporary folder,
+// and images that are checked for NaN, loop bounds and size before a test sees them.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "renderer/renderer.h"
+#include "tests/reference/reference.h"
+#include "volume/builder.h"
+#include "volume/source.h"
+
+namespace blockwalk::test {
+
+// A built volume, resident on the process's renderer.
+struct Scene {
+  std::filesystem::path path;
+  VolumeInfo info;
+  std::unique_ptr<ResidentVolume> resident;
+
+  reference::DenseVolume dense(int level) const { return reference::volumeFromFile(VolumeFile(path), level); }
+};
+
+// Environment BLOCKWALK_DATA, else ../shared/data beside the sources.
+std::filesystem::path dataFolder();
+
+// How to draw: one of the finder x walk x cull pairs.
+struct Combination {
+  Finder finder = Finder::automatic;
+  bool walk = true;
+  bool cull = true;
+};
+
+std::string toString(const Combination& combination);
+std::string toString(const View& view);
+
+// Every test ends with no validation message.
+class RendererTest : public ::testing::Test {
+ protected:
+  static Renderer& renderer();
+  // Messages so far that are not one-time notes.
+  static std::vector<std::string> validationMessages();
+
+  // Builds the volume into a temporary file and makes it resident.
+  static Scene makeScene(Source& source, const BuildOptions& options = {});
+  // Those the device can do; the first is the one the others are compared with.
+  static std::vector<Combination> combinations();
+
+  static View with(View view, const Combination& combination);
+  // Another volume file with the same voxels, not resident.
+  static std::filesystem::path buildFile(Source& source, const BuildOptions& options = {});
+
+  // Renders with counters and probes and expects a whole, finite frame.
+  static Frame draw(Scene& scene, const View& view);
+  static Frame draw(Renderer& other, ResidentVolume& volume, const View& view);
+
+  void TearDown() override;
+};
+
+}  // namespace blockwalk::test

@@ -1,0 +1,105 @@
+// SPDX-License-Identifier: Apache-2.0
+// The renderer against the float64 reference.
+#include "tests/renderer/compare.h"
+#include "tests/renderer/scenes.h"
+#include "tests/renderer/views.h"
+
+namespace blockwalk::test {
+namespace {
+
+constexpr int kLargestError = 2;  // 8-bit steps
+constexpr double kLeastPsnr = 55;
+constexpr std::size_t kPixelsPerOtherHit = 10000;
+
+// How many voxels of the level a ray crosses in one world unit, at most.
+double voxelsPerWorld(const VolumeInfo& info) { return 1 / unitDistance(info); }
+
+class TruthTest : public SceneTest {
+ protected:
+  // The default choice, and the one that takes no short cut.
+  std::vector<Combination> choices() {
+    const Finder plain = renderer().device().ray_query ? Finder::query : Finder::grid;
+    return {Combination{}, {.finder = plain, .walk = false, .cull = false}};
+  }
+  std::vector<View> views() { return randomViews(scene().info, scene().dense(0), 12); }
+};
+
+TEST_P(TruthTest, BlendIsWithinTwoSteps) {
+  const reference::DenseVolume dense = scene().dense(0);
+  ImageError total;
+  for (const View& view : views()) {
+    const reference::Image expected = reference::renderImage(dense, view);
+    for (const Combination& choice : choices()) {
+      const ImageError error = compareToReference(draw(scene(), with(view, choice)), expected);
+      EXPECT_LE(error.largest, kLargestError)
+          << toString(choice) << ": " << error.worst << "\n  view " << toString(view);
+      EXPECT_GE(error.psnr(), kLeastPsnr) << toString(choice) << "\n  view " << toString(view);
+      EXPECT_LE(error.skipped * 20, expected.pixels.size()) << "too many rays in planes of faces to say anything";
+      total.add(error);
+    }
+  }
+  std::printf("largest error %d, PSNR %.1f dB\n", total.largest, total.psnr());
+}
+
+TEST_P(TruthTest, FirstHitIsTheFirstVoxel) {
+  const reference::DenseVolume dense = scene().dense(0);
+  ProbeError total;
+  ImageError colors;
+  for (View view : views()) {
+    view.mode = Mode::first_hit;
+    const reference::Image expected = reference::renderImage(dense, view);
+    for (const Combination& choice : choices()) {
+      const Frame frame = draw(scene(), with(view, choice));
+      const ProbeError error = compareHits(frame, expected, voxelsPerWorld(scene().info));
+      EXPECT_EQ(error.unexcused, 0u) << toString(choice) << ": " << error.worst << "\n  view " << toString(view);
+      total.add(error);
+      if (error.wrong == 0) colors.add(compareToReference(frame, expected));
+    }
+  }
+  EXPECT_LE(total.wrong * kPixelsPerOtherHit, total.pixels) << total.worst;
+  EXPECT_LE(colors.largest, 1) << colors.worst;
+  EXPECT_GT(colors.channels, 0u);
+  std::printf("%zu of %zu hits differ\n", total.wrong, total.pixels);
+}
+
+TEST_P(TruthTest, BlocksAreCounted) {
+  const reference::DenseVolume dense = scene().dense(0);
+  ProbeError total;
+  for (View view : views()) {
+    view.mode = Mode::blocks;
+    const reference::Image expected = reference::renderImage(dense, view);
+    for (const Combination& choice : combinations()) {
+      const ProbeError error = compareBlocks(draw(scene(), with(view, choice)), expected);
+      EXPECT_EQ(error.unexcused, 0u) << toString(choice) << ": " << error.worst << "\n  view " << toString(view);
+      total.add(error);
+    }
+  }
+  std::printf("%zu of %zu counts differ\n", total.wrong, total.pixels);
+}
+
+TEST_P(TruthTest, CoarserLevelsAreDrawnAsStored) {
+  for (int level = 1; level < static_cast<int>(scene().info.levels.size()); ++level) {
+    const reference::DenseVolume dense = scene().dense(level);
+    std::vector<View> all = views();
+    for (std::size_t i : {1u, 4u, 7u, 13u}) {
+      View view = all[i];
+      view.level = level;
+      const Frame blend = draw(scene(), view);
+      EXPECT_EQ(blend.stats.level, level);
+      const ImageError error = compareToReference(blend, reference::renderImage(dense, view));
+      EXPECT_LE(error.largest, kLargestError) << error.worst << "\n  view " << toString(view);
+      view.mode = Mode::first_hit;
+      const ProbeError hits =
+          compareHits(draw(scene(), view), reference::renderImage(dense, view), voxelsPerWorld(scene().info));
+      EXPECT_EQ(hits.unexcused, 0u) << hits.worst << "\n  view " << toString(view);
+      view.mode = Mode::blocks;
+      const ProbeError blocks = compareBlocks(draw(scene(), view), reference::renderImage(dense, view));
+      EXPECT_EQ(blocks.unexcused, 0u) << blocks.worst << "\n  view " << toString(view);
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(On, TruthTest, ::testing::ValuesIn(allScenes()), sceneName);
+
+}  // namespace
+}  // namespace blockwalk::test
