@@ -26,8 +26,8 @@ struct DeviceOptions {
   bool allow_ray_query = true;  // false hides ray queries, so that `grid` serves everything
   bool validation = false;      // Khronos validation with synchronisation validation; messages go to `onMessage`
   std::uint64_t chunk_bytes = std::uint64_t{256} << 20;  // one allocation of voxels; lowered to what the device allows
-  double band_ms = 25;          // frames are cut into bands of about this device time
-  std::function<void(const std::string&)> on_message;  // validation messages and one-time notes
+  double band_ms = 25;                                   // frames are cut into bands of about this device time
+  std::function<void(const std::string&)> on_message;    // validation messages and one-time notes
 };
 
 struct DeviceInfo {
@@ -48,7 +48,7 @@ struct RenderStats {
   double gpu_ms = 0;    // sum over the bands, by timestamp queries
   double total_ms = 0;  // wall time of the call
   std::uint64_t rays = 0;
-  std::uint64_t queries = 0;        // times the finder was asked
+  std::uint64_t queries = 0;  // times the finder was asked
   std::uint64_t block_visits = 0;
   std::uint64_t subblock_visits = 0;
   std::uint64_t voxel_steps = 0;
@@ -78,8 +78,8 @@ struct Frame {
 };
 
 struct RenderOptions {
-  bool count = true;    // fill the counters of RenderStats; off makes the kernel a little faster
-  bool probe = false;   // fill Frame::probes
+  bool count = true;                          // fill the counters of RenderStats; off makes the kernel a little faster
+  bool probe = false;                         // fill Frame::probes
   const std::atomic<bool>* cancel = nullptr;  // looked at between bands
 };
 

@@ -26,7 +26,8 @@ struct DensityRange {
   bool operator==(const DensityRange&) const = default;
 };
 
-// A control point of a transfer function: value in data units, display-referred colour 0..1, opacity over the unit distance.
+// A control point of a transfer function: value in data units, display-referred colour 0..1, opacity over the unit
+// distance.
 struct TransferPoint {
   double value = 0;
   glm::dvec3 color{0};
@@ -44,15 +45,15 @@ struct ClipBox {
 struct View {
   int width = 1024;
   int height = 768;
-  std::optional<glm::dvec3> eye;     // world
-  std::optional<glm::dvec3> target;  // world; default the volume's centre
-  std::optional<glm::dvec3> up;      // default +y
-  double fov_degrees = 40;           // vertical
+  std::optional<glm::dvec3> eye;       // world
+  std::optional<glm::dvec3> target;    // world; default the volume's centre
+  std::optional<glm::dvec3> up;        // default +y
+  double fov_degrees = 40;             // vertical
   std::optional<double> ortho_height;  // world; orthographic when present
   std::optional<DensityRange> range;   // default the volume's non-empty range
   Mode mode = Mode::blend;
   Filter filter = Filter::nearest;
-  double extinction = 0.2;            // rgba8: per unit distance at density 255
+  double extinction = 0.2;              // rgba8: per unit distance at density 255
   std::vector<TransferPoint> transfer;  // scalar volumes; empty: chosen from the histogram
   std::optional<ClipBox> clip;
   int level = kAutoLevel;
@@ -81,9 +82,9 @@ struct ViewError : DataError {
   std::string field;
 };
 
-// Fills every absent member from the volume: eye, target, up, range, transfer. Throws ViewError where the view is undefined
-// for this volume: eye = target, up parallel to the view, range inverted, a transfer function for rgba8, a level that is
-// not there, a clip box inverted.
+// Fills every absent member from the volume: eye, target, up, range, transfer. Throws ViewError where the view is
+// undefined for this volume: eye = target, up parallel to the view, range inverted, a transfer function for rgba8, a
+// level that is not there, a clip box inverted.
 View resolveView(const View& view, const VolumeInfo& info);
 
 // The camera of a resolved view.

@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/frame_params.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/grid.h"
+
+namespace blockwalk {
+namespace {
+
+// World to the index space of a level, which is level 0's divided by 2^level.
+glm::dmat4 levelFromWorld(const VolumeInfo& info, int level) {
+  glm::dmat4 matrix = glm::inverse(info.world_from_index);
+  const double scale = std::ldexp(1.0, -level);
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 3; ++row) matrix[column][row] *= scale;
+  }
+  return matrix;
+}
+
+// How far before the eye the rays are anchored: at the volume when the eye is outside its bounding sphere, so that rays
+// differ in small numbers there; at the eye when it is near or inside.
+double anchorDepth(const Camera& camera, const WorldBox& box) {
+  const glm::dvec3 center = 0.5 * (box.min + box.max);
+  const double depth = glm::dot(center - camera.eye, camera.forward);
+  if (camera.orthographic) return depth;
+  const double radius = 0.5 * glm::length(box.max - box.min);
+  return depth > radius ? depth : 0;
+}
+
+void setRays(const Camera& camera, const VolumeInfo& info, const glm::dmat4& level_from_world,
+             gpu::FrameParams& params) {
+  const glm::dmat3 linear(level_from_world);
+  const double depth = anchorDepth(camera, worldBox(info));
+  const glm::dvec3 point = glm::dvec3(level_from_world * glm::dvec4(camera.eye + depth * camera.forward, 1));
+  const glm::dvec3 dims = glm::ceil(glm::dvec3(params.box_max));
+  const glm::dvec3 anchor = glm::clamp(glm::floor(point), glm::dvec3(0), dims);
+  params.anchor = glm::ivec3(anchor);
+  params.point_center = glm::vec3(point - anchor);
+  const double spread = camera.orthographic ? 1 : depth;
+  params.point_right = glm::vec3(linear * (spread * camera.half_width * camera.right));
+  params.point_up = glm::vec3(linear * (spread * camera.half_height * camera.up));
+  params.dir_center = glm::vec3(linear * camera.forward);
+  if (!camera.orthographic) {
+    params.dir_right = glm::vec3(linear * (camera.half_width * camera.right));
+    params.dir_up = glm::vec3(linear * (camera.half_height * camera.up));
+    params.half_width = static_cast<float>(camera.half_width);
+    params.half_height = static_cast<float>(camera.half_height);
+  }
+  params.point_depth = static_cast<float>(depth);
+  params.box_min -= glm::vec3(params.anchor);
+  params.box_max -= glm::vec3(params.anchor);
+}
+
+// Plane n.p + w >= 0 in world becomes (n^T A) . q + n.(A anchor + b) + w >= 0 for p = A (q + anchor) + b.
+void setClipPlanes(const ClipBox& clip, const glm::dmat4& level_from_world, gpu::FrameParams& params) {
+  const glm::dmat4 world_from_level = glm::inverse(level_from_world);
+  const glm::dmat3 linear(world_from_level);
+  const glm::dvec3 anchor_world = glm::dvec3(world_from_level * glm::dvec4(glm::dvec3(params.anchor), 1));
+  for (int i = 0; i < 6; ++i) {
+    const int axis = i / 2;
+    glm::dvec3 normal(0);
+    normal[axis] = i % 2 == 0 ? 1 : -1;
+    const double offset = i % 2 == 0 ? -clip.min[axis] : clip.max[axis];
+    params.clip_planes[i] =
+        glm::vec4(glm::vec3(normal * linear), static_cast<float>(glm::dot(normal, anchor_world) + offset));
+  }
+  params.clip_plane_count = 6;
+}
+
+}  // namespace
+
+gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const Plan& plan) {
+  gpu::FrameParams params{};
+  const glm::dmat4 level_from_world = levelFromWorld(info, plan.level);
+  params.box_max = glm::vec3(glm::dvec3(info.dims) * std::ldexp(1.0, -plan.level));
+  setRays(makeCamera(view), info, level_from_world, params);
+  if (view.clip) setClipPlanes(*view.clip, level_from_world, params);
+  params.block_dims = blockDims(info.levels[static_cast<std::size_t>(plan.level)].dims, info.blockVoxels());
+  params.size = {view.width, view.height};
+  params.density_lo = plan.range.lo;
+  params.density_hi = plan.range.hi;
+  params.range_mask = plan.range_mask;
+  params.extinction_scale = static_cast<float>(view.extinction / (255.0 * unitDistance(info)));
+  const float opacity = static_cast<float>(view.background[3]) / 255.0f;
+  for (int i = 0; i < 3; ++i)
+    params.background[i] = static_cast<float>(view.background[static_cast<std::size_t>(i)]) / 255.0f * opacity;
+  params.background[3] = opacity;
+  return params;
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// The numbers of one frame for the kernel: rays, box, clip planes, range. Computed in double, stored in float.
+#pragma once
+
+#include "renderer/plan.h"
+#include "shaders/kernel_interface.h"
+
+namespace blockwalk {
+
+// Everything but the device addresses, the grid's dims and the table. `view` is resolved.
+gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const Plan& plan);
+
+}  // namespace blockwalk

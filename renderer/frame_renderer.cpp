@@ -1,0 +1,195 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/frame_renderer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstring>
+
+namespace blockwalk {
+namespace {
+
+constexpr std::size_t kMaxBandPixels = std::size_t{1} << 22;
+enum Timestamp : std::uint32_t { kBandBegin, kBandEnd, kTimestampCount };
+
+std::uint64_t sum(const gpu::uint (&words)[2]) { return words[0] | std::uint64_t{words[1]} << 32; }
+
+void fillBackground(const View& view, Frame& frame) {
+  const auto& b = view.background;
+  const std::uint32_t pixel =
+      b[3] == 0 ? 0 : b[0] | std::uint32_t{b[1]} << 8 | std::uint32_t{b[2]} << 16 | std::uint32_t{b[3]} << 24;
+  std::ranges::fill(frame.pixels, pixel);
+}
+
+}  // namespace
+
+FrameRenderer::FrameRenderer(Device& device, double band_ms)
+    : device_(device), band_ms_(band_ms), kernels_(device), ms_per_pixel_(device.isSoftware() ? 1e-3 : 1e-5) {
+  if (device.rayQuery()) unit_box_ = buildUnitBox(device);
+  const auto& handle = device.handle();
+  pool_ = handle.createCommandPool(
+      {.flags = vk::CommandPoolCreateFlagBits::eResetCommandBuffer, .queueFamilyIndex = device.queueFamily()});
+  commands_ = std::move(handle.allocateCommandBuffers({.commandPool = *pool_, .commandBufferCount = 1})[0]);
+  timestamps_ = handle.createQueryPool({.queryType = vk::QueryType::eTimestamp, .queryCount = kTimestampCount});
+  fence_ = handle.createFence({});
+  params_ = Buffer(device, sizeof(gpu::FrameParams), BufferUse::upload);
+  counters_ = Buffer(device, sizeof(gpu::GpuCounters), BufferUse::readback);
+}
+
+void FrameRenderer::reserveOutputs(std::size_t pixels, bool probe) {
+  const std::size_t band = std::min(pixels, kMaxBandPixels);
+  if (pixels_.bytes() < band * sizeof(std::uint32_t))
+    pixels_ = Buffer(device_, band * sizeof(std::uint32_t), BufferUse::readback);
+  if (probe && probes_.bytes() < band * sizeof(gpu::GpuProbe)) {
+    probes_ = Buffer(device_, band * sizeof(gpu::GpuProbe), BufferUse::readback);
+  }
+}
+
+void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, const Plan& plan,
+                              gpu::FrameParams& params) {
+  const bool is_current = table_volume_ == volume.serial() && table_transfer_ == view.transfer &&
+                          table_range_.lo == plan.range.lo && table_range_.hi == plan.range.hi;
+  if (!is_current) {
+    table_source_ = bakeTransfer(view, volume.info(), plan.range);
+    table_ = Buffer(device_, table_source_.entries.size() * sizeof(glm::vec4), BufferUse::resident);
+    uploadBytes(device_, table_, std::as_bytes(std::span(table_source_.entries)));
+    table_transfer_ = view.transfer;
+    table_volume_ = volume.serial();
+    table_range_ = plan.range;
+  }
+  params.table = table_.address();
+  params.table_scale = table_source_.scale;
+  params.table_offset = table_source_.offset;
+  params.table_last = static_cast<gpu::uint>(table_source_.entries.size() - 1);
+}
+
+gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& view, const Plan& plan) {
+  gpu::FrameParams params = makeFrameParams(view, volume.info(), plan);
+  const ResidentLevel& level = volume.level(plan.level);
+  params.blocks = level.blocks.address();
+  params.subblocks = level.subblocks.address();
+  if (plan.needs_grid) {
+    const GridBuffers& grid = volume.grid(plan.level);
+    params.grid_tiles = grid.tiles.address();
+    params.grid_cells = grid.cells.address();
+    params.tile_dims = grid.tile_dims;
+  }
+  instances_ = nullptr;
+  if (plan.needs_instances) instances_ = kernels_.bindInstances(*volume.instances(plan.level, unit_box_).handle);
+  if (plan.needs_table) bindTable(view, volume, plan, params);
+  params.pixels = pixels_.address();
+  params.probes = plan.key.probe != 0 ? probes_.address() : 0;
+  params.counters = counters_.address();
+  return params;
+}
+
+double FrameRenderer::runBand(const Plan& plan, int width, int row_begin, int row_count) {
+  const bool ray_query = plan.needs_instances;
+  timestamps_.reset(0, kTimestampCount);
+  commands_.reset();
+  commands_.begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+  commands_.writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, *timestamps_, kBandBegin);
+  commands_.bindPipeline(vk::PipelineBindPoint::eCompute, *kernels_.pipeline(plan.key));
+  const auto& layout = kernels_.layout(ray_query);
+  if (ray_query) commands_.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, instances_, {});
+  const gpu::PushConstants push{.frame = params_.address(), .row_begin = row_begin, .row_count = row_count};
+  commands_.pushConstants<gpu::PushConstants>(*layout, vk::ShaderStageFlagBits::eCompute, 0, push);
+  const auto groups = [](int pixels) {
+    return static_cast<std::uint32_t>((pixels + gpu::kGroupSide - 1) / gpu::kGroupSide);
+  };
+  commands_.dispatch(groups(width), groups(row_count), 1);
+  const vk::MemoryBarrier to_host{.srcAccessMask = vk::AccessFlagBits::eShaderWrite,
+                                  .dstAccessMask = vk::AccessFlagBits::eHostRead};
+  commands_.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader, vk::PipelineStageFlagBits::eHost, {}, to_host,
+                            {}, {});
+  commands_.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *timestamps_, kBandEnd);
+  commands_.end();
+  device_.handle().resetFences(*fence_);
+  device_.queue().submit(vk::SubmitInfo{}.setCommandBuffers(*commands_), *fence_);
+  while (device_.handle().waitForFences(*fence_, VK_TRUE, 1'000'000'000) == vk::Result::eTimeout) {
+  }
+  const auto [result, ticks] = timestamps_.getResults<std::uint64_t>(
+      0, kTimestampCount, kTimestampCount * sizeof(std::uint64_t), sizeof(std::uint64_t), vk::QueryResultFlagBits::e64);
+  const std::uint64_t elapsed = (ticks[kBandEnd] - ticks[kBandBegin]) & device_.timestampMask();
+  return static_cast<double>(elapsed) * device_.timestampPeriodNs() * 1e-6;
+}
+
+void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, Frame& frame) {
+  const auto width = static_cast<std::size_t>(frame.width);
+  const int most_rows = static_cast<int>(std::max<std::size_t>(1, kMaxBandPixels / width));
+  int last_rows = 0;
+  for (int row = 0; row < frame.height;) {
+    if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) {
+      frame.cancelled = true;
+      return;
+    }
+    const double fitting = band_ms_ / (ms_per_pixel_ * static_cast<double>(width));
+    int rows = static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(kMaxImageSide)));
+    rows = (rows + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide;
+    if (last_rows > 0) rows = std::min(rows, 4 * last_rows);  // a cheap band of sky must not make the next one long
+    rows = std::min({rows, most_rows, frame.height - row});
+    const double ms = runBand(plan, frame.width, row, rows);
+    const std::size_t pixels = width * static_cast<std::size_t>(rows);
+    const std::size_t first = width * static_cast<std::size_t>(row);
+    std::memcpy(frame.pixels.data() + first, pixels_.mapped().data(), pixels * sizeof(std::uint32_t));
+    if (options.probe) {
+      const auto probes = probes_.mappedAs<gpu::GpuProbe>();
+      std::transform(probes.begin(), probes.begin() + static_cast<std::ptrdiff_t>(pixels),
+                     frame.probes.begin() + static_cast<std::ptrdiff_t>(first), [](const gpu::GpuProbe& p) {
+                       return Probe{.x = p.voxel.x, .y = p.voxel.y, .z = p.voxel.z, .blocks = p.blocks, .t = p.t};
+                     });
+    }
+    ms_per_pixel_ = std::max(ms, 1e-4) / static_cast<double>(pixels);
+    frame.stats.gpu_ms += ms;
+    last_rows = rows;
+    row += rows;
+  }
+}
+
+DeviceTraits FrameRenderer::traits() const {
+  return {.ray_query = device_.rayQuery(), .software = device_.isSoftware(), .max_instances = device_.maxInstances()};
+}
+
+void FrameRenderer::prepare(VulkanVolume& volume, const View& view) {
+  const Plan plan = blockwalk::plan(view, volume.info(), traits(), false, false);
+  if (!plan.is_blank) bindVolume(volume, view, plan);
+}
+
+Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const RenderOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
+  const Plan plan = blockwalk::plan(view, volume.info(), traits(), options.count, options.probe);
+  const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+  Frame frame;
+  frame.width = view.width;
+  frame.height = view.height;
+  frame.pixels.resize(pixels);
+  if (options.probe) frame.probes.resize(pixels);
+  RenderStats& stats = frame.stats;
+  stats.rays = pixels;
+  stats.finder = plan.needs_instances ? "query" : "grid";
+  stats.walk = view.walk;
+  stats.cull = view.cull;
+  stats.level = plan.level;
+  stats.kernel = plan.is_blank ? "blank" : describe(plan.key);
+  if (plan.is_blank) {
+    fillBackground(view, frame);
+  } else {
+    reserveOutputs(pixels, options.probe);
+    params_.mappedAs<gpu::FrameParams>()[0] = bindVolume(volume, view, plan);
+    const auto counters = counters_.mappedAs<gpu::GpuCounters>();
+    counters[0] = {};
+    drawBands(plan, options, frame);
+    stats.queries = sum(counters[0].queries);
+    stats.block_visits = sum(counters[0].block_visits);
+    stats.subblock_visits = sum(counters[0].subblock_visits);
+    stats.voxel_steps = sum(counters[0].voxel_steps);
+    stats.loop_bound_hits = sum(counters[0].loop_bound_hits);
+    stats.non_finite = sum(counters[0].non_finite);
+  }
+  stats.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  return frame;
+}
+
+}  // namespace blockwalk

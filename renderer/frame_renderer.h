@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+// Draws frames: plans, makes resident, and runs the kernel band by band, so that no dispatch is long.
+#pragma once
+
+#include "renderer/frame_params.h"
+#include "renderer/kernels.h"
+#include "renderer/resident_volume.h"
+#include "renderer/transfer_table.h"
+
+namespace blockwalk {
+
+class FrameRenderer {
+ public:
+  FrameRenderer(Device& device, double band_ms);
+
+  Frame render(VulkanVolume& volume, const View& view, const RenderOptions& options);
+  // Makes resident what the view needs, without drawing.
+  void prepare(VulkanVolume& volume, const View& view);
+
+ private:
+  gpu::FrameParams bindVolume(VulkanVolume& volume, const View& view, const Plan& plan);
+  void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, gpu::FrameParams& params);
+  DeviceTraits traits() const;
+  void reserveOutputs(std::size_t pixels, bool probe);
+  double runBand(const Plan& plan, int width, int row_begin, int row_count);
+  void drawBands(const Plan& plan, const RenderOptions& options, Frame& frame);
+
+  Device& device_;
+  double band_ms_;
+  Kernels kernels_;
+  AccelerationStructure unit_box_;
+  vk::DescriptorSet instances_;
+  vk::raii::CommandPool pool_{nullptr};
+  vk::raii::CommandBuffer commands_{nullptr};
+  vk::raii::QueryPool timestamps_{nullptr};
+  vk::raii::Fence fence_{nullptr};
+  Buffer params_;
+  Buffer counters_;
+  Buffer pixels_;
+  Buffer probes_;
+  Buffer table_;
+  TransferTable table_source_;  // what table_ holds, and for what
+  std::vector<TransferPoint> table_transfer_;
+  std::uint64_t table_volume_ = 0;
+  StoredRange table_range_;
+  double ms_per_pixel_;  // of the last band, to size the next
+};
+
+}  // namespace blockwalk

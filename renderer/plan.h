@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// plan(): from a view, a volume and a device to the kernel that draws it and what must be resident. Pure.
+#pragma once
+
+#include <compare>
+#include <string>
+
+#include "renderer/view.h"
+
+namespace blockwalk {
+
+// The specialisation constants; member order is constant_id order (shaders/interface.glsl). `ray_query` comes last and
+// is no constant: it chooses the module.
+struct KernelKey {
+  std::uint32_t voxel_type = 0;
+  std::uint32_t mode = 0;
+  std::uint32_t finder = 0;
+  std::uint32_t walk = 0;
+  std::uint32_t cull = 0;        // on only where the range excludes something
+  std::uint32_t range_open = 0;  // every non-empty voxel is in the range
+  std::uint32_t test_voxel = 0;  // a stored voxel may have to be left out, and its extinction does not say so
+  std::uint32_t clip = 0;
+  std::uint32_t opaque_background = 0;
+  std::uint32_t subblock_side = 0;
+  std::uint32_t block_side = 0;
+  std::uint32_t count = 0;
+  std::uint32_t probe = 0;
+  auto operator<=>(const KernelKey&) const = default;
+};
+constexpr std::uint32_t kKernelConstants = sizeof(KernelKey) / sizeof(std::uint32_t);
+
+// "rgba8 blend grid walk cull ..." : what is compiled in, in words.
+std::string describe(const KernelKey& key);
+
+// Inclusive range of stored densities that can be seen; lo > hi when none can.
+struct StoredRange {
+  float lo = 0;
+  float hi = 0;
+};
+
+struct DeviceTraits {
+  bool ray_query = false;
+  bool software = true;
+  std::uint64_t max_instances = 0;
+};
+
+struct Plan {
+  KernelKey key;
+  int level = 0;
+  StoredRange range;
+  std::uint8_t range_mask = 0;  // bins that the range meets
+  bool needs_grid = false;
+  bool needs_instances = false;
+  bool needs_table = false;
+  bool is_blank = false;  // nothing can be seen: no kernel at all, only background
+};
+
+// `view` is resolved. `count` and `probe` as in RenderOptions. Throws ViewError where the device cannot do what is
+// asked.
+Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe);
+
+// The level whose voxels are about as large as a pixel where the volume is nearest; never coarser than a pixel there.
+int chooseLevel(const View& view, const VolumeInfo& info);
+
+// The view's range and, for scalars in blend and first-hit, what the transfer function shows, without empty voxels.
+StoredRange visibleRange(const View& view, const VolumeInfo& info);
+
+}  // namespace blockwalk

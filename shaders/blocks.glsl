@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// The resident blocks: where they lie, whether the range can see them, who their neighbours are.
+
+#define blockAt(index) BlockArray(frame.blocks).at[index]
+
+vec3 blockCorner(uint block) { return vec3(blockAt(block).origin - frame.anchor); }
+
+vec2 blockInterval(Ray ray, uint block) { return cubeInterval(ray, blockCorner(block), float(kBlockVoxels)); }
+
+// The mask is eight bits of the truth; the minimum and maximum decide (Derin et al. 2021, 2.3).
+bool blockMeetsRange(uint block) {
+  return blockAt(block).density_max >= frame.density_lo && blockAt(block).density_min <= frame.density_hi;
+}
+
+bool blockIsCulled(uint block) {
+  return kCull && ((blockAt(block).range_mask & frame.range_mask) == 0u || !blockMeetsRange(block));
+}
+
+bool subblockIsCulled(uint subblock) {
+  if (!kCull) return false;
+  GpuSubblock record = SubblockArray(frame.subblocks).at[subblock];
+  return (record.range_mask & frame.range_mask) == 0u || record.density_max < frame.density_lo ||
+         record.density_min > frame.density_hi;
+}
+
+// Block walking (Derin et al. 2021, 2.2): the block behind the face through which the ray leaves, or kNone.
+uint walkFrom(Ray ray, uint block, float t_exit) {
+  vec3 far = planeT(ray, blockCorner(block) + float(kBlockVoxels) * ray.forward);
+  uint axis = far.x == t_exit ? 0u : (far.y == t_exit ? 1u : 2u);
+  float up = axis == 0u ? ray.forward.x : (axis == 1u ? ray.forward.y : ray.forward.z);
+  return blockAt(block).neighbours[2u * axis + uint(up)];
+}

@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// Buffers and specialisation constants of the render kernel. The order of the ids is that of KernelKey (renderer/plan.h).
+#extension GL_EXT_buffer_reference2 : require
+#extension GL_EXT_scalar_block_layout : require
+#extension GL_EXT_shader_explicit_arithmetic_types_int8 : require
+#extension GL_EXT_shader_explicit_arithmetic_types_int16 : require
+#extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
+#extension GL_EXT_shader_8bit_storage : require
+#extension GL_EXT_shader_16bit_storage : require
+#extension GL_KHR_shader_subgroup_basic : require
+#extension GL_KHR_shader_subgroup_arithmetic : require
+#ifdef BLOCKWALK_RAY_QUERY
+#extension GL_EXT_ray_query : require
+#endif
+
+#include "kernel_interface.h"
+
+layout(constant_id = 0) const uint kVoxelType = kVoxelRgba8;
+layout(constant_id = 1) const uint kMode = kModeBlend;
+layout(constant_id = 2) const uint kFinder = kFinderGrid;
+layout(constant_id = 3) const bool kWalk = true;
+layout(constant_id = 4) const bool kCull = true;
+layout(constant_id = 5) const bool kRangeOpen = false;      // every non-empty voxel is in the range
+layout(constant_id = 6) const bool kTestVoxel = true;       // compare each voxel with the range
+layout(constant_id = 7) const bool kClip = false;           // clip planes
+layout(constant_id = 8) const bool kOpaqueBackground = true;
+layout(constant_id = 9) const int kSubblockSide = 8;
+layout(constant_id = 10) const int kBlockSide = 6;
+layout(constant_id = 11) const bool kCount = true;
+layout(constant_id = 12) const bool kProbe = false;
+
+const int kBlockVoxels = kBlockSide * kSubblockSide;
+
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SubblockArray { GpuSubblock at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintArray { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer U8Array { uint8_t at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 2) readonly buffer U16Array { uint16_t at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer F32Array { float at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TableArray { vec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer PixelArray { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer ProbeArray { GpuProbe at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Counters { GpuCounters sums; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Frame { FrameParams params; };
+
+layout(push_constant, scalar) uniform Push { PushConstants push; };
+#ifdef BLOCKWALK_RAY_QUERY
+layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
+#endif
+
+#define frame Frame(push.frame).params
+
+// What one ray has done; summed over the frame when kCount is on.
+struct Work {
+  uint queries;
+  uint block_visits;
+  uint subblock_visits;
+  uint voxel_steps;
+  uint loop_bound_hits;
+};

@@ -1,0 +1,153 @@
+// SPDX-License-Identifier: Apache-2.0
+// What C++ and GLSL share: structs in scalar layout, specialisation ids, and small pure functions that CPU tests run
+// too.
+//
+// "Relative index space" is the index space of the level drawn, minus FrameParams::anchor (whole voxels). Planes
+// between voxels are whole numbers there, so they are exact in a float, and a ray's own numbers stay small near what it
+// looks at.
+#ifndef BLOCKWALK_KERNEL_INTERFACE_H
+#define BLOCKWALK_KERNEL_INTERFACE_H
+
+#ifdef __cplusplus
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <glm/glm.hpp>
+#define BLOCKWALK_CONST constexpr
+namespace blockwalk::gpu {
+using glm::ivec2;
+using glm::ivec3;
+using glm::vec3;
+using glm::vec4;
+using std::exp2;
+using std::uint64_t;
+using uint = std::uint32_t;
+#define BLOCKWALK_FUNCTION inline
+#else
+#define BLOCKWALK_CONST const
+#define BLOCKWALK_FUNCTION
+#endif
+
+// Values of the specialisation constants.
+BLOCKWALK_CONST uint kVoxelRgba8 = 1;
+BLOCKWALK_CONST uint kVoxelU8 = 2;
+BLOCKWALK_CONST uint kVoxelU16 = 3;
+BLOCKWALK_CONST uint kVoxelF32 = 4;
+BLOCKWALK_CONST uint kModeBlend = 0;
+BLOCKWALK_CONST uint kModeFirstHit = 1;
+BLOCKWALK_CONST uint kModeBlocks = 2;
+BLOCKWALK_CONST uint kFinderQuery = 1;
+BLOCKWALK_CONST uint kFinderGrid = 2;
+
+BLOCKWALK_CONST uint kNone = 0xffffffffu;
+BLOCKWALK_CONST uint kNoSubblock = 255u;  // in GpuBlock::indices
+BLOCKWALK_CONST int kGridTileSide = 8;    // blocks
+BLOCKWALK_CONST int kMaxClipPlanes = 6;
+BLOCKWALK_CONST int kGroupSide = 8;  // pixels; a workgroup is 8x8, a subgroup of 8 lanes 4x2 of them
+// A ray whose remaining transmittance is below this stops: at most half an 8-bit step is lost.
+BLOCKWALK_CONST float kTransmittanceBound = 1.0f / 1024.0f;
+
+// Derin et al. 2021, section 2: one block as the kernel sees it.
+struct GpuBlock {
+  uint64_t voxels;      // device address of the first subblock's voxels; the block's subblocks are consecutive
+  ivec3 origin;         // first voxel, level index space
+  uint first_subblock;  // in the level's GpuSubblock array
+  float density_min;    // over non-empty voxels, stored units
+  float density_max;
+  uint range_mask;
+  uint neighbours[6];  // -x +x -y +y -z +z: block index or kNone
+  uint indices[54];    // 216 bytes: rank of local subblock x + side * (y + side * z), or kNoSubblock
+  uint padding;
+};
+
+struct GpuSubblock {
+  float density_min;
+  float density_max;
+  uint range_mask;
+};
+
+// Counters are 64 bits as two words, low first, summed over the rays of a band.
+struct GpuCounters {
+  uint queries[2];
+  uint block_visits[2];
+  uint subblock_visits[2];
+  uint voxel_steps[2];
+  uint loop_bound_hits[2];
+  uint non_finite[2];
+};
+
+struct GpuProbe {
+  ivec3 voxel;
+  uint blocks;
+  float t;
+};
+
+struct FrameParams {
+  uint64_t blocks;      // GpuBlock[]
+  uint64_t subblocks;   // GpuSubblock[]
+  uint64_t grid_tiles;  // uint[]: number of the tile's 512 cells, or kNone
+  uint64_t grid_cells;  // uint[][512]: block index or kNone
+  uint64_t table;       // vec4[]: colour, extinction per world unit
+  uint64_t pixels;      // uint[], the band's
+  uint64_t probes;      // GpuProbe[], the band's
+  uint64_t counters;    // GpuCounters
+
+  // The ray of pixel (px, py), with x = (2 px + 1) / width - 1 and y likewise downwards from +1:
+  // point = point_center + x point_right + y point_up, direction = (dir_center + x dir_right + y dir_up) / length,
+  // length = sqrt(1 + (x half_width)^2 + (y half_height)^2), both in relative index space; t is in world units and 0 at
+  // `point`, which lies at depth `point_depth` before the eye. Near the volume, so that a far eye costs no precision.
+  vec3 point_center;
+  vec3 point_right;
+  vec3 point_up;
+  vec3 dir_center;
+  vec3 dir_right;
+  vec3 dir_up;
+  float half_width;  // of the direction: 0 for an orthographic camera
+  float half_height;
+  float point_depth;
+
+  vec3 box_min;  // the volume's box, relative index space
+  vec3 box_max;
+  vec4 clip_planes[6];  // inside where dot(xyz, p) + w >= 0, relative index space
+  ivec3 anchor;         // voxel
+  ivec3 block_dims;     // blocks of the level's box
+  ivec3 tile_dims;      // tiles of kGridTileSide^3 blocks
+  ivec2 size;           // pixels
+  uint clip_plane_count;
+
+  float density_lo;  // effective range, stored units, inclusive
+  float density_hi;
+  uint range_mask;
+  float extinction_scale;  // rgba8: extinction per world unit and density step
+  float table_offset;      // table index = stored * table_scale + table_offset
+  float table_scale;
+  uint table_last;
+  vec4 background;  // premultiplied
+};
+
+struct PushConstants {
+  uint64_t frame;  // FrameParams
+  int row_begin;   // first row of the band
+  int row_count;
+};
+
+// Opacity of an optical depth: -expm1(-x), right to a few ulp of a float for every x >= 0. GLSL has no expm1, so small
+// depths take the Taylor series of 1 - exp(-x) to the fifth order (error below x^6/720).
+BLOCKWALK_FUNCTION float opacityOfDepth(float depth) {
+  if (depth < 0.0625f) {
+    return depth * (1.0f - depth * (0.5f - depth * (0.16666667f - depth * (0.041666668f - depth * 0.0083333333f))));
+  }
+  return 1.0f - exp2(-1.44269504f * depth);
+}
+
+#ifdef __cplusplus
+static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
+static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
+static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
+static_assert(offsetof(FrameParams, point_center) == 64 && offsetof(FrameParams, half_width) == 136);
+static_assert(offsetof(FrameParams, clip_planes) == 172 && offsetof(FrameParams, anchor) == 268);
+static_assert(offsetof(FrameParams, density_lo) == 316 && offsetof(FrameParams, background) == 344);
+static_assert(sizeof(FrameParams) == 360 && sizeof(PushConstants) == 16);
+}  // namespace blockwalk::gpu
+#endif
+#endif

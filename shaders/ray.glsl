@@ -1,0 +1,111 @@
+// SPDX-License-Identifier: Apache-2.0
+// Rays and the one DDA. Every t of the traversal is planeT() of a whole-number plane, so the exit of a cell and the entry
+// of its neighbour are the same float, and monotone in the plane: the cells of any level partition [t_min, t_max] exactly.
+
+const float kHugeT = 1e30;
+
+struct Ray {
+  vec3 origin;   // relative index space; where the direction is 0 the centre of the voxel column
+  vec3 dir;      // relative index units per world unit
+  vec3 inverse;  // 1 / dir, finite and huge where dir is 0
+  vec3 forward;  // 1 where the ray goes up an axis, else 0
+  float t_min;
+  float t_max;
+  float t_eye;
+};
+
+vec3 planeT(Ray ray, vec3 plane) { return (plane - ray.origin) * ray.inverse; }
+
+float min3(vec3 v) { return min(v.x, min(v.y, v.z)); }
+float max3(vec3 v) { return max(v.x, max(v.y, v.z)); }
+
+// Entry and exit of the cube of `side` voxels whose lowest corner is `corner`.
+vec2 cubeInterval(Ray ray, vec3 corner, float side) {
+  vec3 near = planeT(ray, corner + side * (1.0 - ray.forward));
+  vec3 far = planeT(ray, corner + side * ray.forward);
+  return vec2(max3(near), min3(far));
+}
+
+Ray makeRay(ivec2 pixel) {
+  vec2 position = (vec2(2 * pixel + 1) - vec2(frame.size)) / vec2(frame.size);
+  position.y = -position.y;
+  vec2 slope = position * vec2(frame.half_width, frame.half_height);
+  float world_length = sqrt(1.0 + dot(slope, slope));
+  Ray ray;
+  ray.origin = frame.point_center + position.x * frame.point_right + position.y * frame.point_up;
+  ray.dir = (frame.dir_center + position.x * frame.dir_right + position.y * frame.dir_up) / world_length;
+  ray.t_eye = -frame.point_depth * world_length;
+
+  // A component this small moves the ray by less than 1e-7 of a voxel over 65536 voxels: it is 0.
+  bvec3 still = lessThanEqual(abs(ray.dir), vec3(1e-12 * max3(abs(ray.dir))));
+  ray.dir = mix(ray.dir, vec3(0.0), still);
+  ray.inverse = mix(1.0 / ray.dir, vec3(kHugeT), still);
+  ray.forward = mix(vec3(0.0), vec3(1.0), greaterThanEqual(ray.dir, vec3(0.0)));
+
+  vec3 near_plane = mix(frame.box_max, frame.box_min, ray.forward);
+  vec3 far_plane = mix(frame.box_min, frame.box_max, ray.forward);
+  vec3 near_still = mix(vec3(-kHugeT), vec3(kHugeT), greaterThan(near_plane, ray.origin));
+  vec3 far_still = mix(vec3(-kHugeT), vec3(kHugeT), greaterThan(far_plane, ray.origin));
+  vec3 near = mix(planeT(ray, near_plane), near_still, still);
+  vec3 far = mix(planeT(ray, far_plane), far_still, still);
+  ray.t_min = max(max3(near), ray.t_eye);
+  ray.t_max = min3(far);
+  if (kClip) {
+    for (uint i = 0; i < frame.clip_plane_count; ++i) {
+      vec4 plane = frame.clip_planes[i];
+      float height = dot(plane.xyz, ray.origin) + plane.w;
+      float slope_t = dot(plane.xyz, ray.dir);
+      if (slope_t > 0.0) {
+        ray.t_min = max(ray.t_min, -height / slope_t);
+      } else if (slope_t < 0.0) {
+        ray.t_max = min(ray.t_max, -height / slope_t);
+      } else if (height < 0.0) {
+        ray.t_max = ray.t_min;
+      }
+    }
+  }
+  // Inside the box only the voxel column counts; its centre keeps every plane away from the ray.
+  ray.origin = mix(ray.origin, floor(ray.origin) + 0.5, still);
+  return ray;
+}
+
+// Amanatides & Woo's walk through a lattice of count^3 cubes of `side` voxels, on planes instead of sums.
+struct Dda {
+  vec3 far;    // the planes at which the current cell ends
+  ivec3 cell;  // in the lattice
+  float t;     // where the current cell begins
+  float t_exit;
+};
+
+// `t` lies inside the lattice: the cell along each axis is the one with planeT(near) <= t < planeT(far).
+Dda enterDda(Ray ray, vec3 corner, float side, ivec3 count, float t) {
+  vec3 guess = floor((ray.origin + ray.dir * t - corner) / side);
+  guess = clamp(guess, vec3(0.0), vec3(count - 1));
+  vec3 step = side * (2.0 * ray.forward - 1.0);
+  vec3 far = corner + side * (guess + ray.forward);
+  // The guess may be off by rounding, or by clamping at the lattice's end: one cell at most.
+  vec3 behind = mix(vec3(0.0), vec3(1.0), greaterThan(planeT(ray, far - step), vec3(t)));
+  vec3 ahead = mix(vec3(0.0), vec3(1.0), lessThanEqual(planeT(ray, far), vec3(t)));
+  vec3 shift = (ahead - behind) * (2.0 * ray.forward - 1.0);
+  Dda dda;
+  vec3 cell = clamp(guess + shift, vec3(0.0), vec3(count - 1));
+  dda.cell = ivec3(cell);
+  dda.far = corner + side * (cell + ray.forward);
+  dda.t = t;
+  dda.t_exit = min3(planeT(ray, dda.far));
+  return dda;
+}
+
+// To the next cell with the planes crossed at t_exit; several at once on an edge or corner.
+void stepDda(Ray ray, float side, inout Dda dda) {
+  vec3 crossed = mix(vec3(0.0), vec3(1.0), lessThanEqual(planeT(ray, dda.far), vec3(dda.t_exit)));
+  vec3 shift = crossed * (2.0 * ray.forward - 1.0);
+  dda.cell += ivec3(shift);
+  dda.far += side * shift;
+  dda.t = dda.t_exit;
+  dda.t_exit = min3(planeT(ray, dda.far));
+}
+
+bool insideLattice(ivec3 cell, ivec3 count) {
+  return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, count));
+}

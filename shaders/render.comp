@@ -1,0 +1,104 @@
+#version 460
+// SPDX-License-Identifier: Apache-2.0
+// The render kernel: find a block, integrate inside it, walk to the next (Derin et al. 2021, 2.1 to 2.3).
+#extension GL_GOOGLE_include_directive : require
+#include "interface.glsl"
+#include "ray.glsl"
+#include "blocks.glsl"
+#include "finders.glsl"
+#include "integrators.glsl"
+
+layout(local_size_x = 64) in;
+
+uint traverse(Ray ray, inout Ink ink, inout Work work) {
+  uint crossed = 0u;
+  uint block = kNone;
+  float t = ray.t_min;
+  int bound = 2 * (frame.block_dims.x + frame.block_dims.y + frame.block_dims.z) + 8;
+  for (int i = 0; i < bound; ++i) {
+    if (t >= ray.t_max) return crossed;
+    if (block == kNone) {
+      block = findBlock(ray, t, work);
+      if (block == kNone) return crossed;
+    }
+    vec2 interval = blockInterval(ray, block);
+    float t_begin = max(interval.x, t);
+    float t_end = min(interval.y, ray.t_max);
+    if (t_end > t_begin && !blockIsCulled(block)) {
+      if (kCount) work.block_visits += 1u;
+      if (kMode == kModeBlocks) {
+        crossed += kRangeOpen || blockMeetsRange(block) ? 1u : 0u;
+      } else {
+        integrateBlock(ray, block, t_begin, t_end, ink, work);
+        if (ink.done) return crossed;
+      }
+    }
+    t = max(t, interval.y);
+    block = kWalk ? walkFrom(ray, block, interval.y) : kNone;
+  }
+  work.loop_bound_hits += 1u;
+  return crossed;
+}
+
+// Counts as a heat map: black, violet, red, orange, white; half way at 16 blocks.
+vec3 heat(uint count) {
+  const vec3 stops[5] = vec3[](vec3(0.0), vec3(0.34, 0.06, 0.43), vec3(0.86, 0.25, 0.25), vec3(0.99, 0.65, 0.12),
+                               vec3(0.99, 1.0, 0.85));
+  float position = 4.0 * (1.0 - exp2(-float(count) / 16.0));
+  int low = min(int(position), 3);
+  return mix(stops[low], stops[low + 1], position - float(low));
+}
+
+uint packColor(Ink ink) {
+  vec4 color = vec4(ink.color + ink.transmittance * frame.background.rgb,
+                    1.0 - ink.transmittance * (1.0 - frame.background.a));
+  if (kOpaqueBackground) {
+    color.a = 1.0;
+  } else {
+    color.rgb = color.a > 0.0 ? color.rgb / color.a : vec3(0.0);
+  }
+  uvec4 bytes = uvec4(clamp(color, 0.0, 1.0) * 255.0 + 0.5);
+  return bytes.r | (bytes.g << 8) | (bytes.b << 16) | (bytes.a << 24);
+}
+
+#define addToCounter(member, value)                                                        \
+  {                                                                                        \
+    uint sum = subgroupAdd(value);                                                         \
+    if (subgroupElect() && sum != 0u) {                                                    \
+      uint before = atomicAdd(Counters(frame.counters).sums.member[0], sum);               \
+      if (before + sum < before) atomicAdd(Counters(frame.counters).sums.member[1], 1u);   \
+    }                                                                                      \
+  }
+
+void main() {
+  // A subgroup of 8 lanes is 4x2 pixels, a workgroup 8x8 of them.
+  uint lane = gl_LocalInvocationIndex & 7u;
+  uint tile = gl_LocalInvocationIndex >> 3;
+  ivec2 local = ivec2((tile & 1u) * 4u + (lane & 3u), (tile >> 1) * 2u + (lane >> 2));
+  ivec2 in_band = ivec2(gl_WorkGroupID.xy) * kGroupSide + local;
+  if (in_band.x >= frame.size.x || in_band.y >= push.row_count) return;
+
+  Ray ray = makeRay(in_band + ivec2(0, push.row_begin));
+  Ink ink = Ink(vec3(0.0), 1.0, ivec3(-1), 0.0, false);
+  Work work = Work(0u, 0u, 0u, 0u, 0u);
+  uint crossed = traverse(ray, ink, work);
+  if (kMode == kModeBlocks && crossed > 0u) {
+    ink.color = heat(crossed);
+    ink.transmittance = 0.0;
+  }
+
+  bool finite = !any(isnan(ink.color)) && !any(isinf(ink.color)) && !isnan(ink.transmittance);
+  uint at = uint(in_band.x + frame.size.x * in_band.y);
+  PixelArray(frame.pixels).at[at] = packColor(ink);
+  if (kProbe) {
+    ProbeArray(frame.probes).at[at] = GpuProbe(ink.voxel, crossed, ink.voxel.x < 0 ? 0.0 : ink.t - ray.t_eye);
+  }
+  if (kCount) {
+    addToCounter(queries, work.queries);
+    addToCounter(block_visits, work.block_visits);
+    addToCounter(subblock_visits, work.subblock_visits);
+    addToCounter(voxel_steps, work.voxel_steps);
+  }
+  addToCounter(loop_bound_hits, work.loop_bound_hits);
+  addToCounter(non_finite, finite ? 0u : 1u);
+}
