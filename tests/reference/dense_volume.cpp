@@ -131,6 +131,9 @@ DenseVolume volumeFromFile(const VolumeFile& file, int level) {
                      .value_scale = info.value_scale,
                      .value_offset = info.value_offset,
                      .empty_threshold = info.empty_threshold};
+  const double end0 = info.dataFromStored(static_cast<double>(info.density_min));
+  const double end1 = info.dataFromStored(static_cast<double>(info.density_max));
+  if (info.nonempty_voxels > 0) volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
   allocate(volume);
   shapeBlocks(volume, info.blockVoxels());
   for (const Block& block : records.blocks) {

@@ -5,6 +5,7 @@
 
 #include <array>
 #include <glm/glm.hpp>
+#include <optional>
 #include <vector>
 
 #include "volume/file.h"
@@ -20,6 +21,11 @@ struct BlockRange {
   float density_max = 0;
 };
 
+struct Extent {
+  double min = 0;
+  double max = 0;
+};
+
 struct DenseVolume {
   VoxelType type = VoxelType::u8;
   glm::ivec3 level0_dims{0};
@@ -28,7 +34,9 @@ struct DenseVolume {
   glm::dmat4 world_from_index{1.0};  // of level 0
   double value_scale = 1;
   double value_offset = 0;
-  float empty_threshold = 0;                         // stored units
+  float empty_threshold = 0;  // stored units
+  // Densities of level 0's non-empty voxels, data units. A coarser level may leave them: it averages with empty voxels.
+  std::optional<Extent> level0_extent{};
   std::vector<float> density{};                      // stored units, x fastest
   std::vector<std::array<std::uint8_t, 3>> color{};  // rgba8 only
   int block_voxels = 48;

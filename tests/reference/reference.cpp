@@ -16,6 +16,14 @@ double unitDistanceOf(const DenseVolume& volume) {
   return std::min({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
 }
 
+// The view's range without those ends that exclude no voxel of level 0.
+DensityRange openedRange(const DenseVolume& volume, DensityRange range) {
+  constexpr double kInfinity = std::numeric_limits<double>::infinity();
+  if (volume.level0_extent && range.lo <= volume.level0_extent->min) range.lo = -kInfinity;
+  if (volume.level0_extent && range.hi >= volume.level0_extent->max) range.hi = kInfinity;
+  return range;
+}
+
 bool isVisible(const DenseVolume& volume, const DensityRange& range, std::size_t voxel) {
   const float density = volume.density[voxel];
   if (!std::isfinite(density) || density <= volume.empty_threshold) return false;
@@ -107,11 +115,12 @@ double pieceDistance(const CutRay& cut, glm::ivec3 cell, Interval piece) {
 
 glm::dvec4 blend(const DenseVolume& volume, const View& view, const CutRay& cut) {
   const double unit = unitDistanceOf(volume);
+  const DensityRange range = openedRange(volume, *view.range);
   double transmittance = 1;
   glm::dvec3 light(0);
   walkCells(cut.ray, cut.interval, [&](glm::ivec3 cell, Interval piece) {
     const std::size_t voxel = volume.at(cell);
-    if (!isVisible(volume, *view.range, voxel)) return true;
+    if (!isVisible(volume, range, voxel)) return true;
     const Material material = materialAt(volume, view, voxel);
     const double optical_depth = material.sigma * ((piece.t_max - piece.t_min) / unit);
     light += transmittance * -std::expm1(-optical_depth) * material.color;
@@ -122,12 +131,13 @@ glm::dvec4 blend(const DenseVolume& volume, const View& view, const CutRay& cut)
 }
 
 void firstHit(const DenseVolume& volume, const View& view, const CutRay& cut, Pixel& pixel) {
+  const DensityRange range = openedRange(volume, *view.range);
   pixel.edge_distance = cut.edge_distance;
   pixel.color = overBackground(view, glm::dvec3(0), 1);
   walkCells(cut.ray, cut.interval, [&](glm::ivec3 cell, Interval piece) {
     pixel.edge_distance = std::min(pixel.edge_distance, pieceDistance(cut, cell, piece));
     const std::size_t voxel = volume.at(cell);
-    if (!isVisible(volume, *view.range, voxel)) return true;
+    if (!isVisible(volume, range, voxel)) return true;
     const Material material = materialAt(volume, view, voxel);
     if (volume.type != VoxelType::rgba8 && !(material.sigma > 0)) return true;
     pixel.voxel = cell;
@@ -139,6 +149,7 @@ void firstHit(const DenseVolume& volume, const View& view, const CutRay& cut, Pi
 
 void countBlocks(const DenseVolume& volume, const View& view, const CutRay& cut, Pixel& pixel) {
   pixel.color = overBackground(view, glm::dvec3(0), 1);
+  const DensityRange range = openedRange(volume, *view.range);
   const double side = volume.block_voxels;
   CutRay coarse = cut;
   coarse.ray.origin /= side;
@@ -151,7 +162,7 @@ void countBlocks(const DenseVolume& volume, const View& view, const CutRay& cut,
     // A value map of negative scale swaps the ends.
     const double end0 = volume.value_offset + volume.value_scale * static_cast<double>(block.density_min);
     const double end1 = volume.value_offset + volume.value_scale * static_cast<double>(block.density_max);
-    const bool meets = std::max(end0, end1) >= view.range->lo && std::min(end0, end1) <= view.range->hi;
+    const bool meets = std::max(end0, end1) >= range.lo && std::min(end0, end1) <= range.hi;
     pixel.blocks += meets ? 1 : 0;
     return true;
   });

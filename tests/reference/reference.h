@@ -3,8 +3,9 @@
 // kernels and none with the renderer, and it takes no short cut: no early ray termination, no skipping, no table.
 //
 // A voxel is visible when its density is finite, above the empty threshold, and within the view's range (data units,
-// both ends included). Over a length s inside a voxel of extinction sigma per unit distance the transmittance falls by
-// exp(-sigma * s / unit); the unit distance is the smallest voxel spacing of level 0.
+// both ends included). An end of the range that excludes no voxel of level 0 excludes none of a coarser level. Over a
+// length s inside a voxel of extinction sigma per unit distance the transmittance falls by exp(-sigma * s / unit); the
+// unit distance is the smallest voxel spacing of level 0.
 #pragma once
 
 #include <array>
