@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// What one procedural volume is: its shape and a row of voxels.
+#pragma once
+
+#include <cstddef>
+#include <glm/glm.hpp>
+#include <memory>
+#include <span>
+
+#include "volume/voxel.h"
+
+namespace blockwalk {
+
+// Model space: the longest axis is 1 long, voxel (i, j, k) has its centre at ((i, j, k) + 0.5) / size. The size decides
+// how finely a model is sampled and nothing else, but that walls never get thinner than a voxel.
+class DemoModel {
+ public:
+  virtual ~DemoModel() = default;
+  virtual VoxelType type() const = 0;
+  virtual glm::ivec3 dims() const = 0;
+  // `out` holds one row of dims().x voxels and is all zero.
+  virtual void writeRow(int y, int z, std::span<std::byte> out) = 0;
+};
+
+std::unique_ptr<DemoModel> makeFossil(int size);
+std::unique_ptr<DemoModel> makeRock(int size);
+std::unique_ptr<DemoModel> makeChip(int size);
+std::unique_ptr<DemoModel> makeVessels(int size);
+std::unique_ptr<DemoModel> makeCells(int size);
+std::unique_ptr<DemoModel> makeSmoke(int size);
+
+// Sides in proportion to `shape`, the longest `size`, none below 1.
+glm::ivec3 demoDims(int size, glm::ivec3 shape);
+
+}  // namespace blockwalk
