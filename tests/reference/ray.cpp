@@ -91,14 +91,14 @@ double boxEdgeDistance(const Ray& ray, glm::dvec3 lo, glm::dvec3 hi) {
   return distance;
 }
 
-glm::ivec3 cellAfter(const Ray& ray, double t_min) {
+glm::ivec3 cellAfter(const Ray& ray, int side, double t_min) {
   const glm::dvec3 position = ray.at(t_min);
-  glm::ivec3 cell = glm::ivec3(glm::floor(position));
+  glm::ivec3 cell = glm::ivec3(glm::floor(position / static_cast<double>(side)));
   for (int a = 0; a < 3; ++a) {
     const double direction = ray.direction[a];
     if (direction == 0) continue;
     // The position is rounded; the planes' t decide, as they do at every later step.
-    const auto t_plane = [&](int plane) { return (plane - ray.origin[a]) / direction; };
+    const auto t_plane = [&](int plane) { return (side * plane - ray.origin[a]) / direction; };
     const int ahead = direction > 0 ? 1 : 0;
     const int forward = direction > 0 ? 1 : -1;
     while (t_plane(cell[a] + ahead) <= t_min) cell[a] += forward;

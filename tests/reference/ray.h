@@ -41,21 +41,21 @@ double edgeDistance(const Ray& ray, glm::dvec3 cell, Interval piece);
 // Distance of the whole half-line t >= 0 to the twelve edges of a box.
 double boxEdgeDistance(const Ray& ray, glm::dvec3 lo, glm::dvec3 hi);
 
-// The unit cell in which the ray is just after t_min.
-glm::ivec3 cellAfter(const Ray& ray, double t_min);
+// The cell of `side` voxels in which the ray is just after t_min.
+glm::ivec3 cellAfter(const Ray& ray, int side, double t_min);
 
-// Visits the unit cells that the ray crosses with positive length within the interval, in order:
+// Visits the cells of `side` voxels that the ray crosses with positive length within the interval, in order:
 // visit(cell, piece) -> false to stop.
 template <typename Visit>
-void walkCells(const Ray& ray, Interval interval, Visit visit) {
+void walkCells(const Ray& ray, int side, Interval interval, Visit visit) {
   if (!(interval.t_max > interval.t_min)) return;
-  glm::ivec3 cell = cellAfter(ray, interval.t_min);
+  glm::ivec3 cell = cellAfter(ray, side, interval.t_min);
   double t = interval.t_min;
   while (t < interval.t_max) {
     glm::dvec3 t_leave(std::numeric_limits<double>::infinity());
     for (int a = 0; a < 3; ++a) {
       if (ray.direction[a] == 0) continue;
-      const int plane = cell[a] + (ray.direction[a] > 0 ? 1 : 0);
+      const int plane = side * (cell[a] + (ray.direction[a] > 0 ? 1 : 0));
       t_leave[a] = (plane - ray.origin[a]) / ray.direction[a];
     }
     const double t_next = std::min({t_leave.x, t_leave.y, t_leave.z});

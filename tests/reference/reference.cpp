@@ -118,7 +118,7 @@ glm::dvec4 blend(const DenseVolume& volume, const View& view, const CutRay& cut)
   const DensityRange range = openedRange(volume, *view.range);
   double transmittance = 1;
   glm::dvec3 light(0);
-  walkCells(cut.ray, cut.interval, [&](glm::ivec3 cell, Interval piece) {
+  walkCells(cut.ray, 1, cut.interval, [&](glm::ivec3 cell, Interval piece) {
     const std::size_t voxel = volume.at(cell);
     if (!isVisible(volume, range, voxel)) return true;
     const Material material = materialAt(volume, view, voxel);
@@ -134,7 +134,7 @@ void firstHit(const DenseVolume& volume, const View& view, const CutRay& cut, Pi
   const DensityRange range = openedRange(volume, *view.range);
   pixel.edge_distance = cut.edge_distance;
   pixel.color = overBackground(view, glm::dvec3(0), 1);
-  walkCells(cut.ray, cut.interval, [&](glm::ivec3 cell, Interval piece) {
+  walkCells(cut.ray, 1, cut.interval, [&](glm::ivec3 cell, Interval piece) {
     pixel.edge_distance = std::min(pixel.edge_distance, pieceDistance(cut, cell, piece));
     const std::size_t voxel = volume.at(cell);
     if (!isVisible(volume, range, voxel)) return true;
@@ -151,11 +151,11 @@ void countBlocks(const DenseVolume& volume, const View& view, const CutRay& cut,
   pixel.color = overBackground(view, glm::dvec3(0), 1);
   const DensityRange range = openedRange(volume, *view.range);
   const double side = volume.block_voxels;
-  CutRay coarse = cut;
+  CutRay coarse = cut;  // in units of a block, to measure distances
   coarse.ray.origin /= side;
   coarse.ray.direction /= side;
   double distance = cut.edge_distance / side;
-  walkCells(coarse.ray, coarse.interval, [&](glm::ivec3 cell, Interval piece) {
+  walkCells(cut.ray, volume.block_voxels, cut.interval, [&](glm::ivec3 cell, Interval piece) {
     distance = std::min(distance, pieceDistance(coarse, cell, piece));
     const BlockRange& block = volume.blocks[volume.blockAt(cell)];
     if (!block.stored) return true;
