@@ -23,7 +23,7 @@ add_library(reference STATIC ${reference_sources})
 target_link_libraries(reference PUBLIC volume)
 
 add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB PNG::PNG TIFF::TIFF PkgConfig::XXHASH)
-add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG)
+add_room_test(protocol TIMEOUT 120 LIBRARIES protocol renderer PNG::PNG)
 add_room_test(renderer TIMEOUT 600 LIBRARIES renderer protocol reference)
 add_room_test(server TIMEOUT 300 LIBRARIES server)
 add_room_test(cli TIMEOUT 300 LIBRARIES protocol)

@@ -37,6 +37,9 @@ void setViewField(ImageRequest& request, std::string_view name, std::string_view
 
 // Sets members from (name, text) pairs. Throws ViewError also where a name is repeated.
 void setViewFields(ImageRequest& request, std::span<const std::pair<std::string, std::string>> pairs);
+inline void setViewFields(ImageRequest& request, const std::vector<std::pair<std::string, std::string>>& pairs) {
+  setViewFields(request, std::span<const std::pair<std::string, std::string>>(pairs));  // else as good as JSON
+}
 
 // Sets members from a JSON object: numbers, booleans (on/off), strings, and arrays of numbers, each the same as its text
 // form: [1,2,3] is "1,2,3", [10,200] for range is "10:200", [512,512] for size is "512x512".

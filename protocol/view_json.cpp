@@ -51,8 +51,7 @@ std::vector<std::pair<std::string, std::string>> viewFieldTexts(const json& obje
 }
 
 void setViewFields(ImageRequest& request, const json& object, std::span<const std::string_view> skip) {
-  const auto pairs = viewFieldTexts(object, skip);
-  setViewFields(request, std::span<const std::pair<std::string, std::string>>(pairs));
+  setViewFields(request, viewFieldTexts(object, skip));
 }
 
 }  // namespace blockwalk

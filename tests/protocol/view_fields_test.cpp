@@ -1,0 +1,273 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocol/view_fields.h"
+
+#include <fmt/format.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <random>
+
+#include "protocol/query_string.h"
+
+namespace blockwalk {
+namespace {
+
+using Pairs = std::vector<std::pair<std::string, std::string>>;
+
+ImageRequest fromQuery(std::string_view query) {
+  ImageRequest request;
+  setViewFields(request, parseQueryString(query));
+  return request;
+}
+
+TEST(ViewFields, ReadEveryMember) {
+  const ImageRequest request = fromQuery(
+      "size=640x480&eye=1,-2,3e2&target=0,0.5,0&up=0,0,1&fov=60.5&range=-10:200&mode=first-hit&filter=nearest&step=0.5"
+      "&extinction=0.75&tf=0:000000:0,10:ff8000:0.5,20:ffffff:1&lit=off&clip=0,1,2,3,4,5&level=2&background=11223344"
+      "&finder=grid&walk=off&cull=off&output=color&format=jpeg&quality=70");
+  const View& view = request.view;
+  EXPECT_EQ(view.width, 640);
+  EXPECT_EQ(view.height, 480);
+  EXPECT_EQ(view.eye, glm::dvec3(1, -2, 300));
+  EXPECT_EQ(view.target, glm::dvec3(0, 0.5, 0));
+  EXPECT_EQ(view.up, glm::dvec3(0, 0, 1));
+  EXPECT_EQ(view.fov_degrees, 60.5);
+  EXPECT_EQ(view.range, (DensityRange{-10, 200}));
+  EXPECT_EQ(view.mode, Mode::first_hit);
+  EXPECT_EQ(view.extinction, 0.75);
+  ASSERT_EQ(view.transfer.size(), 3u);
+  EXPECT_EQ(view.transfer[1].value, 10);
+  EXPECT_EQ(view.transfer[1].color, glm::dvec3(255, 128, 0) / 255.0);
+  EXPECT_EQ(view.transfer[1].opacity, 0.5);
+  EXPECT_EQ(view.clip, (ClipBox{{0, 1, 2}, {3, 4, 5}}));
+  EXPECT_EQ(view.level, 2);
+  EXPECT_EQ(view.background, (std::array<std::uint8_t, 4>{0x11, 0x22, 0x33, 0x44}));
+  EXPECT_EQ(view.finder, Finder::grid);
+  EXPECT_FALSE(view.walk);
+  EXPECT_FALSE(view.cull);
+  EXPECT_EQ(request.format, ImageFormat::jpeg);
+  EXPECT_EQ(request.quality, 70);
+}
+
+TEST(ViewFields, AbsentValuesTakeAMemberBack) {
+  ImageRequest request = fromQuery("eye=1,2,3&target=0,0,0&up=0,1,0&range=1:2&clip=0,0,0,1,1,1&tf=0:000000:0&level=3");
+  setViewFields(request, parseQueryString("eye=auto&target=auto&up=auto&range=auto&clip=none&tf=auto&level=auto"));
+  EXPECT_EQ(request, ImageRequest{});
+}
+
+TEST(ViewFields, PerspectiveAndOrthographicReplaceEachOther) {
+  ImageRequest request = fromQuery("ortho=5");
+  EXPECT_EQ(request.view.ortho_height, 5);
+  setViewField(request, "fov", "30");
+  EXPECT_FALSE(request.view.ortho_height.has_value());
+  EXPECT_THROW(fromQuery("ortho=5&fov=30"), ViewError);
+}
+
+struct BadField {
+  const char* name;
+  const char* text;
+};
+
+class BadFields : public testing::TestWithParam<BadField> {};
+
+TEST_P(BadFields, NameTheFieldAndChangeNothing) {
+  ImageRequest request;
+  try {
+    setViewField(request, GetParam().name, GetParam().text);
+    FAIL() << GetParam().name << "=" << GetParam().text << " was accepted";
+  } catch (const ViewError& error) {
+    EXPECT_EQ(error.field, GetParam().name);
+    EXPECT_THAT(error.what(), testing::HasSubstr(GetParam().name));
+  }
+  EXPECT_EQ(request, ImageRequest{});
+}
+
+const BadField kBadFields[] = {
+    {"size", ""},
+    {"size", "0x5"},
+    {"size", "5x0"},
+    {"size", "8193x1"},
+    {"size", "1x8193"},
+    {"size", "512"},
+    {"size", "512x"},
+    {"size", "-1x5"},
+    {"size", "5x5x5"},
+    {"size", " 5x5"},
+    {"size", "1e2x5"},
+    {"size", "99999999999x5"},
+    {"eye", "1,2"},
+    {"eye", "1,2,3,4"},
+    {"eye", "nan,0,0"},
+    {"eye", "inf,0,0"},
+    {"eye", "1e400,0,0"},
+    {"eye", "1e-400,0,0"},
+    {"eye", "0x10,0,0"},
+    {"eye", "1,,2"},
+    {"eye", "+1,0,0"},
+    {"fov", "0"},
+    {"fov", "180"},
+    {"fov", "-1"},
+    {"fov", "40deg"},
+    {"fov", ""},
+    {"ortho", "0"},
+    {"ortho", "-2"},
+    {"range", "10:5"},
+    {"range", "nan:nan"},
+    {"range", "1"},
+    {"range", "1:2:3"},
+    {"range", "-inf:inf"},
+    {"mode", "mip"},
+    {"mode", "mean"},
+    {"mode", "iso"},
+    {"mode", "Blend"},
+    {"filter", "linear"},
+    {"step", "0"},
+    {"step", "1e-9"},
+    {"extinction", "-1"},
+    {"extinction", "inf"},
+    {"tf", "0:000000:2"},
+    {"tf", "0:000000:-0.1"},
+    {"tf", "0:00000g:1"},
+    {"tf", "1:000000:0,1:ffffff:1"},
+    {"tf", "2:000000:0,1:ffffff:1"},
+    {"tf", "warm"},
+    {"tf", "0:000000"},
+    {"tf", "0:#00000:1"},
+    {"lit", "on"},
+    {"lit", "1"},
+    {"iso", "5"},
+    {"clip", "0,0,0,1,1"},
+    {"clip", "1,0,0,0,1,1"},
+    {"level", "-1"},
+    {"level", "18"},
+    {"level", "1.5"},
+    {"background", "fff"},
+    {"background", "#000000"},
+    {"background", "00000-1f"},
+    {"finder", "octree"},
+    {"finder", "none"},
+    {"walk", "auto"},
+    {"cull", "true"},
+    {"output", "depth"},
+    {"format", "webp"},
+    {"format", "jpg"},
+    {"quality", "0"},
+    {"quality", "101"},
+    {"quality", "85.5"},
+    {"sise", "5x5"},
+    {"Size", "5x5"},
+};
+INSTANTIATE_TEST_SUITE_P(Table, BadFields, testing::ValuesIn(kBadFields));
+
+TEST(ViewFields, RefuseMoreTransferPointsThanTheBound) {
+  std::string points = "0:000000:0";
+  for (int i = 1; i < 256; ++i) points += fmt::format(",{}:ffffff:0.5", i);
+  ImageRequest request;
+  setViewField(request, "tf", points);
+  EXPECT_EQ(request.view.transfer.size(), 256u);
+  EXPECT_THROW(setViewField(request, "tf", points + ",256:ffffff:1"), ViewError);
+}
+
+TEST(ViewFields, RefuseRepeatedNames) {
+  ImageRequest request;
+  try {
+    setViewFields(request, Pairs{{"fov", "30"}, {"range", "1:2"}, {"fov", "30"}});
+    FAIL();
+  } catch (const ViewError& error) {
+    EXPECT_EQ(error.field, "fov");
+  }
+  EXPECT_EQ(request, ImageRequest{});
+}
+
+TEST(ViewFields, MessagesCarryNoControlBytes) {
+  ImageRequest request;
+  try {
+    setViewField(request, "mode", std::string("a\n\x1b[31m\xff") + std::string(500, 'x'));
+    FAIL();
+  } catch (const ViewError& error) {
+    const std::string text = error.what();
+    EXPECT_LT(text.size(), 200u);
+    for (char c : text) EXPECT_TRUE(c >= ' ' && c <= '~');
+  }
+}
+
+TEST(ViewFields, JsonIsTheSameAsText) {
+  const auto object = nlohmann::json::parse(R"({"type":"view","id":4,"size":[640,480],"eye":[1,-2.5,3e2],
+      "range":[10,200],"fov":60,"walk":false,"cull":true,"mode":"blocks","level":2,"quality":70,
+      "tf":["0:000000:0","10:ffffff:0.5"],"clip":[0,0,0,1,1,1],"background":"112233"})");
+  static constexpr std::string_view kSkip[] = {"type", "id"};
+  ImageRequest request;
+  setViewFields(request, object, kSkip);
+  EXPECT_EQ(request, fromQuery("size=640x480&eye=1,-2.5,300&range=10:200&fov=60&walk=off&cull=on&mode=blocks&level=2"
+                               "&quality=70&tf=0:000000:0,10:ffffff:0.5&clip=0,0,0,1,1,1&background=112233"));
+}
+
+TEST(ViewFields, JsonOfAnotherShapeNamesTheField) {
+  for (const char* text : {R"({"eye":null})", R"({"eye":{"x":1}})", R"({"eye":[[1],2,3]})", R"({"eye":[]})",
+                           R"({"eye":true})", R"({"eye":[1,2,null]})", R"({"eye":1})"}) {
+    ImageRequest request;
+    try {
+      setViewFields(request, nlohmann::json::parse(text));
+      FAIL() << text;
+    } catch (const ViewError& error) {
+      EXPECT_EQ(error.field, "eye") << text;
+    }
+  }
+  ImageRequest request;
+  EXPECT_THROW(setViewFields(request, nlohmann::json::parse("[1]")), ViewError);
+}
+
+TEST(ViewFields, QueryOfARequestGivesItBack) {
+  EXPECT_EQ(viewQuery(ImageRequest{}), "");
+  std::mt19937 random(7);
+  std::uniform_real_distribution<double> number(-1e3, 1e3);
+  std::uniform_int_distribution<int> small(0, 255);
+  for (int i = 0; i < 500; ++i) {
+    ImageRequest request;
+    View& view = request.view;
+    const auto vector = [&] { return glm::dvec3(number(random), number(random), number(random)); };
+    const auto byte = [&] { return static_cast<std::uint8_t>(small(random)); };
+    if (i % 2 == 0) view.eye = vector();
+    if (i % 3 == 0) view.target = vector();
+    if (i % 5 == 0) view.up = vector();
+    if (i % 2 == 0) view.fov_degrees = 1 + small(random) / 3.0;
+    if (i % 2 == 1) view.ortho_height = 1e-3 + std::abs(number(random));
+    const double lo = number(random);
+    if (i % 3 == 1) view.range = DensityRange{lo, lo + std::abs(number(random))};
+    view.mode = static_cast<Mode>(i % 3);
+    view.finder = static_cast<Finder>(i % 3);
+    view.width = 1 + small(random);
+    view.extinction = std::abs(number(random));
+    view.background = {byte(), byte(), byte(), byte()};
+    view.level = i % 18 - 1;
+    const glm::dvec3 corner = vector();
+    if (i % 4 == 0) view.clip = ClipBox{corner, corner + glm::abs(vector())};
+    for (int p = 0; p < i % 4; ++p) {
+      view.transfer.push_back({p + 0.1, glm::dvec3(byte(), byte(), byte()) / 255.0, small(random) / 255.0});
+    }
+    view.walk = i % 2 == 0;
+    view.cull = i % 3 == 0;
+    request.format = static_cast<ImageFormat>(i % 3);
+    request.quality = 1 + i % 100;
+    EXPECT_EQ(fromQuery(viewQuery(request)), request) << viewQuery(request);
+  }
+}
+
+TEST(QueryString, DecodesAndKeepsOrder) {
+  const Pairs expected{{"a", "1 2"}, {"b", "x=y"}, {"a", ""}};
+  EXPECT_EQ(parseQueryString("a=1+2&b=x%3Dy&a="), expected);
+  EXPECT_TRUE(parseQueryString("").empty());
+}
+
+TEST(QueryString, RefusesBrokenText) {
+  for (const char* text : {"a", "=1", "a=%", "a=%4", "a=%zz", "a=1&&b=2", "a=%-1"}) {
+    EXPECT_THROW(parseQueryString(text), DataError) << text;
+  }
+  std::string many = "a=1";
+  for (std::size_t i = 0; i < kMaxQueryPairs; ++i) many += "&a=1";
+  EXPECT_THROW(parseQueryString(many), DataError);
+}
+
+}  // namespace
+}  // namespace blockwalk

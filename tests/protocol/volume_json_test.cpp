@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "protocol/volume_json.h"
+
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "protocol/view_fields.h"
+
+namespace blockwalk {
+namespace {
+
+VolumeInfo sampleInfo() {
+  VolumeInfo info;
+  info.type = VoxelType::u16;
+  info.dims = {100, 50, 20};
+  info.world_from_index = glm::dmat4(0.5);
+  info.world_from_index[3] = {1, 2, 3, 1};
+  info.value_scale = 2;
+  info.value_offset = -1000;
+  info.density_min = 10;
+  info.density_max = 500;
+  info.histogram_lo = 10;
+  info.histogram_hi = 500;
+  info.histogram[0] = 7;
+  info.histogram[255] = 3;
+  info.bin_cuts = {1, 2, 3, 4, 5, 6, 7};
+  info.nonempty_voxels = 10;
+  info.source_name = "sample.raw";
+  info.levels = {{{100, 50, 20}, 4, 9, 9216}, {{50, 25, 10}, 1, 2, 2048}};
+  return info;
+}
+
+TEST(VolumeJson, SpeaksInDataUnitsAndWorldSpace) {
+  const nlohmann::json object = volumeJson(sampleInfo(), 12345);
+  EXPECT_EQ(object["name"], "sample.raw");
+  EXPECT_EQ(object["type"], "u16");
+  EXPECT_EQ(object["dims"], nlohmann::json({100, 50, 20}));
+  EXPECT_EQ(object["spacing"], nlohmann::json({0.5, 0.5, 0.5}));
+  EXPECT_EQ(object["world_from_index"][2], nlohmann::json({0.0, 0.0, 0.5, 3.0}));
+  EXPECT_EQ(object["world_box"], nlohmann::json({1.0, 2.0, 3.0, 51.0, 27.0, 13.0}));
+  EXPECT_EQ(object["unit_distance"], 0.5);
+  EXPECT_EQ(object["density_range"], nlohmann::json({-980.0, 0.0}));
+  EXPECT_EQ(object["bin_cuts"][6], -986.0);
+  EXPECT_EQ(object["histogram"]["counts"].size(), 256u);
+  EXPECT_EQ(object["histogram"]["hi"], 0.0);
+  EXPECT_EQ(object["levels"][1], nlohmann::json::parse(R"({"level":1,"dims":[50,25,10],"blocks":1,"subblocks":2,
+                                                           "stored_bytes":2048})"));
+  EXPECT_EQ(object["stored_bytes"], 11264);
+  EXPECT_EQ(object["dense_bytes"], 200000);
+  EXPECT_EQ(object["file_bytes"], 12345);
+  EXPECT_EQ(object["nonempty_share"], 1e-4);
+}
+
+TEST(VolumeJson, DefaultViewIsAViewOfThisVolume) {
+  const nlohmann::json object = volumeJson(sampleInfo(), 1);
+  ImageRequest request;
+  setViewFields(request, object["default_view"]);
+  const View expected = resolveView(View{}, sampleInfo());
+  EXPECT_EQ(request.view.eye, expected.eye);
+  EXPECT_EQ(request.view.range, expected.range);
+  EXPECT_FALSE(request.view.transfer.empty());
+}
+
+}  // namespace
+}  // namespace blockwalk
