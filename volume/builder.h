@@ -20,11 +20,12 @@ struct BuildOptions {
   int block_side = 6;
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
   // Data units. Default: 0 when no voxel is negative, else the smallest value.
-  std::optional<double> empty_threshold;
+  std::optional<double> empty_threshold = std::nullopt;
   // automatic: uniform (density domain / 8, Derin et al. 2021, 2.3) for rgba8 and u8, quantiles for u16 and f32.
   MaskBins mask_bins = MaskBins::automatic;
-  // step name, work done and work in all (rows, then subblocks); called often, from the calling thread.
-  std::function<void(std::string_view step, std::uint64_t done, std::uint64_t total)> progress;
+  // Step name ("read", "build levels", "write"), work done and work in all (rows, then subblocks); called often, from
+  // the calling thread.
+  std::function<void(std::string_view step, std::uint64_t done, std::uint64_t total)> progress = nullptr;
 };
 
 struct BuildReport {
@@ -35,8 +36,9 @@ struct BuildReport {
   std::uint64_t overhead_bytes = 0;       // header, level 0's records, checksums, padding
 };
 
-// Writes `path` under a temporary name in the same folder and renames it when complete and synced. Temporary data lives in
-// unlinked files there. Throws DataError for what the source or the options get wrong, std::system_error for the disk.
+// Writes `path` under a temporary name in the same folder and renames it when complete and synced. Temporary data lives
+// in unlinked files there. Throws DataError for what the source or the options get wrong, std::system_error for the
+// disk.
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options);
 
 // Reads the source once more and compares every voxel with the file: stored ones bit for bit, the others must be empty.

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// Where a build keeps what does not fit in memory, and how its result gets its name.
+// Everything here throws std::system_error that names the path.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <vector>
+
+namespace blockwalk {
+
+// Bytes appended at the end and read anywhere. What exceeds the buffer goes to a file in `folder` that has no name, so
+// nothing is left however the process ends. Small content never touches the disk.
+class TempBytes {
+ public:
+  TempBytes(std::filesystem::path folder, std::size_t buffer_bytes);
+  ~TempBytes();
+  TempBytes(TempBytes&& other) noexcept;
+  TempBytes& operator=(TempBytes&&) = delete;
+
+  void append(std::span<const std::byte> bytes);
+  // [offset, offset + out.size()) must have been appended.
+  void read(std::uint64_t offset, std::span<std::byte> out) const;
+  std::uint64_t size() const { return flushed_ + buffer_.size(); }
+  // Forgets the content and keeps the file.
+  void clear();
+
+ private:
+  void flush();
+
+  std::filesystem::path folder_;
+  std::size_t buffer_bytes_;
+  std::vector<std::byte> buffer_;
+  std::uint64_t flushed_ = 0;
+  int descriptor_ = -1;
+};
+
+// A file that appears under `path` whole or not at all: written as .NAME.partial-XXXXXX in the same folder, synced and
+// renamed by commit(), removed by the destructor otherwise.
+class OutputFile {
+ public:
+  OutputFile(std::filesystem::path path, std::uint64_t bytes);
+  ~OutputFile();
+  OutputFile(const OutputFile&) = delete;
+  OutputFile& operator=(const OutputFile&) = delete;
+
+  void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  void commit();
+
+ private:
+  std::filesystem::path path_;
+  std::filesystem::path partial_;
+  int descriptor_ = -1;
+};
+
+// The folder that holds `path`: "." for a bare name.
+std::filesystem::path folderOf(const std::filesystem::path& path);
+
+}  // namespace blockwalk

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a record says of a subblock's voxels.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "volume/volume.h"
+
+namespace blockwalk {
+
+class SubblockSummary {
+ public:
+  // Takes type, sides, threshold, cuts and histogram bounds of `info`, which must be final.
+  explicit SubblockSummary(const VolumeInfo& info);
+
+  // Minimum, maximum and mask over the non-empty voxels inside `extent`; the mask is 0 when there are none.
+  Subblock summarise(std::span<const std::byte> voxels, glm::ivec3 extent) const;
+  // The same, and adds those voxels to the histogram.
+  Subblock summariseAndCount(std::span<const std::byte> voxels, glm::ivec3 extent, VolumeInfo& totals) const;
+
+ private:
+  template <typename T, std::size_t channels, bool counting>
+  Subblock scan(std::span<const std::byte> voxels, glm::ivec3 extent, VolumeInfo* totals) const;
+  template <bool counting>
+  Subblock scanType(std::span<const std::byte> voxels, glm::ivec3 extent, VolumeInfo* totals) const;
+  std::uint8_t maskOf(float density) const;
+  std::uint8_t histogramBinOf(float density) const;
+
+  VoxelType type_;
+  int side_;
+  float threshold_;
+  std::array<float, kRangeMaskBins - 1> cuts_;
+  double histogram_lo_;
+  double bins_per_unit_;
+  // By value, for the integer types: range mask (0: empty) and histogram bin.
+  std::vector<std::uint8_t> masks_;
+  std::vector<std::uint8_t> bins_;
+};
+
+}  // namespace blockwalk

@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <bit>
+#include <cstring>
+#include <optional>
+#include <vector>
+
+#include "volume/build_strips.h"
+#include "volume/builder.h"
+#include "volume/error.h"
+#include "volume/file.h"
+
+namespace blockwalk {
+namespace {
+
+constexpr std::uint64_t kSlabBytes = std::uint64_t{256} << 20;
+
+// Stored subblocks before local index `local`.
+int rankOf(const Block& block, int local) {
+  int rank = 0;
+  for (int word = 0; word < 4; ++word) {
+    const int bits = std::clamp(local - 64 * word, 0, 64);
+    const std::uint64_t below = bits == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
+    rank += std::popcount(block.occupancy[static_cast<std::size_t>(word)] & below);
+  }
+  return rank;
+}
+
+bool isStored(const Block& block, int local) {
+  return (block.occupancy[static_cast<std::size_t>(local / 64)] >> (local % 64) & 1) != 0;
+}
+
+// Compares strips with level 0 of a file. Holds one layer of subblocks of one row of blocks, which serves block_side
+// strips, so that a block is read block_side times in all.
+class StripComparer {
+ public:
+  explicit StripComparer(const VolumeFile& file)
+      : file_(file),
+        info_(file.info()),
+        level_(file.readLevel(0)),
+        voxel_bytes_(voxelBytes(info_.type)),
+        subblock_bytes_(static_cast<std::size_t>(info_.subblockVoxels()) * voxel_bytes_) {
+    for (const Block& block : level_.blocks) codes_.push_back(mortonCode(glm::uvec3(block.origin)));
+    layers_.resize(static_cast<std::size_t>((info_.dims.x + info_.blockVoxels() - 1) / info_.blockVoxels()));
+  }
+
+  void compare(const Strip& strip, int y, int z) {
+    if (z != layer_z_ || y / info_.block_side != layer_block_y_) loadLayer(y / info_.block_side, z);
+    for (int x = 0; x * info_.subblock_side < strip.extent.x; ++x) compareSubblock(strip, {x, y, z});
+  }
+
+ private:
+  struct Layer {
+    const Block* block = nullptr;
+    int first_rank = 0;
+    std::vector<std::byte> voxels;
+  };
+
+  void loadLayer(int block_y, int z) {
+    layer_z_ = z;
+    layer_block_y_ = block_y;
+    const int side = info_.block_side;
+    for (std::size_t x = 0; x < layers_.size(); ++x) {
+      Layer& layer = layers_[x];
+      const glm::uvec3 origin(static_cast<unsigned>(x), static_cast<unsigned>(block_y),
+                              static_cast<unsigned>(z / side));
+      const auto found = std::ranges::lower_bound(codes_, mortonCode(origin));
+      const bool there = found != codes_.end() && *found == mortonCode(origin);
+      layer.block = there ? &level_.blocks[static_cast<std::size_t>(found - codes_.begin())] : nullptr;
+      if (!there) continue;
+      layer.first_rank = rankOf(*layer.block, z % side * side * side);
+      const int count = rankOf(*layer.block, (z % side + 1) * side * side) - layer.first_rank;
+      layer.voxels.resize(static_cast<std::size_t>(count) * subblock_bytes_);
+      file_.readVoxels(0, layer.block->first_subblock + static_cast<std::uint64_t>(layer.first_rank),
+                       static_cast<std::uint64_t>(count), layer.voxels);
+    }
+  }
+
+  // The stored voxels of a subblock, nullptr where it is not stored.
+  const std::byte* storedVoxels(glm::ivec3 subblock) const {
+    const int side = info_.block_side;
+    const Layer& layer = layers_[static_cast<std::size_t>(subblock.x / side)];
+    const int local = subblock.x % side + side * (subblock.y % side + side * (subblock.z % side));
+    if (layer.block == nullptr || !isStored(*layer.block, local)) return nullptr;
+    const int rank = rankOf(*layer.block, local) - layer.first_rank;
+    return layer.voxels.data() + static_cast<std::size_t>(rank) * subblock_bytes_;
+  }
+
+  void compareSubblock(const Strip& strip, glm::ivec3 subblock) const {
+    const std::byte* stored = storedVoxels(subblock);
+    const int side = info_.subblock_side;
+    const int x = subblock.x * side;
+    const int count = std::min(side, strip.extent.x - x);
+    for (int z = 0; z < strip.extent.z; ++z) {
+      for (int y = 0; y < strip.extent.y; ++y) {
+        const auto row =
+            static_cast<std::size_t>(z) * static_cast<std::size_t>(strip.extent.y) + static_cast<std::size_t>(y);
+        const std::size_t at = row * static_cast<std::size_t>(strip.extent.x) + static_cast<std::size_t>(x);
+        const std::byte* source = strip.voxels.data() + at * voxel_bytes_;
+        const std::byte* own =
+            stored == nullptr ? nullptr : stored + static_cast<std::size_t>((z * side + y) * side) * voxel_bytes_;
+        const int differs = own == nullptr ? firstNonEmpty(source, count) : firstDifference(source, own, count);
+        if (differs < count) fail(subblock * side + glm::ivec3(differs, y, z), own != nullptr);
+      }
+    }
+  }
+
+  int firstNonEmpty(const std::byte* row, int count) const {
+    int i = 0;
+    while (i < count && isEmptyDensity(storedDensity(info_.type, row + static_cast<std::size_t>(i) * voxel_bytes_),
+                                       info_.empty_threshold)) {
+      ++i;
+    }
+    return i;
+  }
+
+  int firstDifference(const std::byte* row, const std::byte* own, int count) const {
+    if (std::memcmp(row, own, static_cast<std::size_t>(count) * voxel_bytes_) == 0) return count;
+    int i = 0;
+    while (std::memcmp(row + static_cast<std::size_t>(i) * voxel_bytes_,
+                       own + static_cast<std::size_t>(i) * voxel_bytes_, voxel_bytes_) == 0) {
+      ++i;
+    }
+    return i;
+  }
+
+  [[noreturn]] void fail(glm::ivec3 voxel, bool stored) const {
+    failData("{}: voxel {},{},{} {}", file_.path().string(), voxel.x, voxel.y, voxel.z,
+             stored ? "differs from the source" : "is not stored, but is not empty in the source");
+  }
+
+  const VolumeFile& file_;
+  const VolumeInfo& info_;
+  Level level_;
+  std::vector<std::uint64_t> codes_;
+  std::size_t voxel_bytes_;
+  std::size_t subblock_bytes_;
+  std::vector<Layer> layers_;  // by x
+  int layer_z_ = -1;
+  int layer_block_y_ = -1;
+};
+
+}  // namespace
+
+std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
+                           const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress) {
+  const VolumeFile file(path);
+  const VolumeInfo& info = file.info();
+  const SourceInfo& wanted = source.info();
+  if (info.type != wanted.type || info.dims != wanted.dims) {
+    failData("{}: {}x{}x{} {}, but {} is {}x{}x{} {}", path.string(), info.dims.x, info.dims.y, info.dims.z,
+             voxelTypeName(info.type), wanted.name, wanted.dims.x, wanted.dims.y, wanted.dims.z,
+             voxelTypeName(wanted.type));
+  }
+  StripComparer comparer(file);
+  StripReader strips(source, info.subblock_side, kSlabBytes, folderOf(path));
+  const glm::ivec3 count = strips.strips();
+  const auto total = static_cast<std::uint64_t>(info.dims.y) * static_cast<std::uint64_t>(info.dims.z);
+  std::uint64_t rows = 0;
+  for (int z = 0; z < count.z; ++z) {
+    for (int y = 0; y < count.y; ++y) {
+      const Strip strip = strips.read(z, y);
+      comparer.compare(strip, y, z);
+      rows += static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z);
+      if (progress) progress("verify", rows, total);
+    }
+  }
+  return rows * static_cast<std::uint64_t>(info.dims.x);
+}
+
+}  // namespace blockwalk
