@@ -1,0 +1,60 @@
+// SPDX-License-Identifier: Apache-2.0
+// The plain controls of the panel: mode, extinction, background. They show a view and report what a person changes.
+
+import { byId } from "./dom";
+import { kModes } from "./protocol";
+import { formatValue } from "./units";
+import type { ViewOverrides, ViewState } from "./view_state";
+
+const kLeastExtinction = 0.001;
+const kMostExtinction = 10;
+
+export class Controls {
+  private readonly modes = byId("modes", HTMLElement);
+  private readonly extinctionBlock = byId("extinction-block", HTMLElement);
+  private readonly extinction = byId("extinction", HTMLInputElement);
+  private readonly extinctionValue = byId("extinction-value", HTMLOutputElement);
+  private readonly backgrounds = byId("backgrounds", HTMLElement);
+  private readonly ownBackground = byId("own-background", HTMLInputElement);
+
+  constructor(onChange: (change: ViewOverrides) => void) {
+    this.modes.addEventListener("change", (event) => {
+      const wanted = event.target instanceof HTMLInputElement ? event.target.value : "";
+      const mode = kModes.find((known) => known === wanted);
+      if (mode !== undefined) onChange({ mode });
+    });
+    this.extinction.addEventListener("input", () => onChange({ extinction: extinctionAt(Number(this.extinction.value)) }));
+    this.extinction.addEventListener("dblclick", () => onChange({ extinction: 0.2 }));
+    this.backgrounds.addEventListener("change", (event) => {
+      if (event.target instanceof HTMLInputElement && event.target.type === "radio") onChange({ background: event.target.value });
+    });
+    this.ownBackground.addEventListener("input", () => onChange({ background: this.ownBackground.value.slice(1) }));
+  }
+
+  // `isColoured`: the volume is rgba8; only those have an extinction, and only blending uses it.
+  show(view: ViewState, isColoured: boolean): void {
+    for (const input of this.modes.querySelectorAll("input")) input.checked = input.value === view.mode;
+    this.extinctionBlock.hidden = !isColoured || view.mode !== "blend";
+    this.extinction.value = String(positionOfExtinction(view.extinction));
+    this.extinctionValue.textContent = formatValue(view.extinction);
+    this.extinction.setAttribute("aria-valuetext", formatValue(view.extinction));
+    let isPreset = false;
+    for (const input of this.backgrounds.querySelectorAll<HTMLInputElement>("input[type=radio]")) {
+      input.checked = input.value === view.background;
+      isPreset ||= input.checked;
+    }
+    this.ownBackground.value = `#${view.background}`;
+    this.ownBackground.classList.toggle("chosen", !isPreset);
+  }
+}
+
+// Slider positions 0..1000, logarithmic: extinction is felt in factors. Two digits are enough to come back to a value.
+function extinctionAt(position: number): number {
+  const value = kLeastExtinction * (kMostExtinction / kLeastExtinction) ** (position / 1000);
+  return Number(value.toPrecision(2));
+}
+
+function positionOfExtinction(extinction: number): number {
+  const share = Math.log(extinction / kLeastExtinction) / Math.log(kMostExtinction / kLeastExtinction);
+  return Math.round(1000 * share);
+}

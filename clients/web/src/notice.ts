@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// What covers the picture while there is none to show: a pure choice from the states of list, choice and stream.
+
+import type { CatalogState } from "./catalog";
+
+export type StreamState = "none" | "connecting" | "live" | "lost";
+
+export interface Notice {
+  readonly kind: "busy" | "empty" | "failed";
+  readonly title: string;
+  readonly detail: string;
+}
+
+export function noticeFor(catalog: CatalogState, chosen: string | null, stream: StreamState): Notice | null {
+  if (stream === "live") return null;
+  if (catalog.kind === "unreachable" && stream === "lost") return kReconnecting;
+  if (catalog.kind === "unreachable") return { kind: "busy", title: "Connecting…", detail: catalog.reason };
+  if (catalog.kind === "unknown") return { kind: "busy", title: "Connecting…", detail: "" };
+  if (catalog.volumes.length === 0) {
+    return {
+      kind: "empty",
+      title: "No volumes yet",
+      detail: "Make one with “blockwalk demo fossil -o fossil.bwv” and start “blockwalkd fossil.bwv”.",
+    };
+  }
+  const volume = catalog.volumes.find((candidate) => candidate.id === chosen);
+  if (volume === undefined) {
+    return { kind: "failed", title: `No volume “${chosen ?? ""}” here`, detail: "Choose another from the list." };
+  }
+  if (volume.state === "loading") {
+    return { kind: "busy", title: `Loading ${volume.name}…`, detail: "It appears here as soon as it is ready." };
+  }
+  if (volume.state === "failed") {
+    return { kind: "failed", title: `${volume.name} could not be loaded`, detail: volume.error ?? "" };
+  }
+  return stream === "lost" ? kReconnecting : { kind: "busy", title: "Connecting…", detail: "" };
+}
+
+const kReconnecting: Notice = {
+  kind: "busy",
+  title: "Reconnecting…",
+  detail: "The server is away. The view is kept.",
+};

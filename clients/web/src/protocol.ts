@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+// WebSocket protocol blockwalk.v1: the messages of both directions, and the checks of what comes in.
+//
+// Binary frame, byte by byte:  0  u32 little endian  length n of the header
+//                              4  n bytes            JSON header
+//                            4+n  the rest           the encoded image
+
+import { FormatError, Fields, parseJson } from "./json_fields";
+import type { Vec3 } from "./vector";
+import { parseVolumeInfo, type VolumeInfo } from "./volume_info";
+
+export const kSubprotocol = "blockwalk.v1";
+const kMaxHeaderBytes = 65536;
+
+export const kModes = ["blend", "first-hit", "blocks"] as const;
+export type Mode = (typeof kModes)[number];
+
+// RFC 9457, with the view member that is to blame.
+export interface Problem {
+  readonly title: string;
+  readonly detail: string;
+  readonly field: string | null;
+}
+
+export interface FrameHeader {
+  readonly id: number; // the newest view this frame shows
+  readonly seq: number;
+  readonly width: number;
+  readonly height: number;
+  readonly format: "jpeg" | "png";
+  readonly level: number;
+  readonly final: boolean; // full resolution, will not improve
+  readonly scale: number; // of the resolution asked for
+  readonly gpuMs: number;
+}
+
+export interface Frame {
+  readonly header: FrameHeader;
+  readonly payload: Uint8Array<ArrayBuffer>;
+  readonly bytes: number; // of the whole message
+}
+
+export type ServerMessage =
+  | { readonly kind: "hello"; readonly volume: VolumeInfo }
+  | { readonly kind: "error"; readonly id: number | null; readonly problem: Problem }
+  | { readonly kind: "other"; readonly type: string }; // stats, pong and what later versions add
+
+// Members of a view that change; the names are the interface's own.
+export interface ViewMembers {
+  readonly size?: readonly [number, number];
+  readonly eye?: Vec3;
+  readonly target?: Vec3;
+  readonly up?: Vec3;
+  readonly fov?: number;
+  readonly range?: readonly [number, number];
+  readonly mode?: Mode;
+  readonly extinction?: number;
+  readonly background?: string;
+}
+
+export function viewMessage(id: number, members: ViewMembers): string {
+  return JSON.stringify({ type: "view", id, ...members });
+}
+
+export function ackMessage(id: number): string {
+  return JSON.stringify({ type: "ack", id });
+}
+
+export function parseMessage(text: string): ServerMessage {
+  const fields = new Fields(parseJson(text, "message"), "message");
+  const type = fields.string("type");
+  if (type === "hello") {
+    if (fields.string("version") !== kSubprotocol) throw new FormatError("hello.version", kSubprotocol);
+    return { kind: "hello", volume: parseVolumeInfo(fields.value("volume")) };
+  }
+  if (type === "error") {
+    const id = fields.has("id") ? fields.number("id") : null;
+    return { kind: "error", id, problem: parseProblem(fields.object("problem")) };
+  }
+  return { kind: "other", type };
+}
+
+export function parseProblem(fields: Fields): Problem {
+  const title = fields.has("title") ? fields.string("title") : "Something went wrong";
+  return {
+    title,
+    detail: fields.has("detail") ? fields.string("detail") : "",
+    field: fields.has("field") ? fields.string("field") : null,
+  };
+}
+
+export function parseFrame(message: ArrayBuffer): Frame {
+  if (message.byteLength < 4) throw new FormatError("frame", "a header length of 4 bytes");
+  const headerBytes = new DataView(message).getUint32(0, true);
+  if (headerBytes > kMaxHeaderBytes || 4 + headerBytes >= message.byteLength) {
+    throw new FormatError("frame", `a header and an image in ${message.byteLength} bytes, header says ${headerBytes}`);
+  }
+  const text = new TextDecoder("utf-8", { fatal: false }).decode(new Uint8Array(message, 4, headerBytes));
+  return {
+    header: parseHeader(parseJson(text, "frame.header")),
+    payload: new Uint8Array(message, 4 + headerBytes),
+    bytes: message.byteLength,
+  };
+}
+
+function parseHeader(value: unknown): FrameHeader {
+  const fields = new Fields(value, "frame");
+  const format = fields.string("format");
+  if (format !== "jpeg" && format !== "png") throw new FormatError("frame.format", "jpeg or png");
+  return {
+    id: fields.number("id"),
+    seq: fields.number("seq"),
+    width: fields.number("width"),
+    height: fields.number("height"),
+    format,
+    level: fields.number("level"),
+    final: fields.boolean("final"),
+    scale: fields.number("scale"),
+    gpuMs: fields.number("gpu_ms"),
+  };
+}

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// One volume's WebSocket: connects, reconnects with growing pauses, turns messages into typed events.
+// It keeps no view: after each hello its owner sends the whole one again.
+
+import { FormatError } from "./json_fields";
+import { ackMessage, kSubprotocol, parseFrame, parseMessage, viewMessage } from "./protocol";
+import type { Frame, Problem, ViewMembers } from "./protocol";
+import type { VolumeInfo } from "./volume_info";
+
+export interface StreamEvents {
+  hello(volume: VolumeInfo): void;
+  frame(frame: Frame): void;
+  problem(problem: Problem): void;
+  down(): void; // at each connection that ended or was refused; another attempt follows by itself
+}
+
+const kFirstPauseMs = 250;
+const kLongestPauseMs = 4000;
+
+export class Stream {
+  private socket: WebSocket | null = null;
+  private greeted = false;
+  private closed = false;
+  private attempts = 0;
+  private retry: number | undefined;
+  private nextId = 1; // never starts again: ids only grow
+
+  constructor(
+    private readonly address: string,
+    private readonly events: StreamEvents,
+  ) {
+    this.connect();
+  }
+
+  // True from the hello until the connection ends.
+  get isOpen(): boolean {
+    return this.greeted;
+  }
+
+  // Sends a change of view and returns its id. Precondition: isOpen.
+  sendView(members: ViewMembers): number {
+    const id = this.nextId++;
+    this.socket?.send(viewMessage(id, members));
+    return id;
+  }
+
+  // Says that a frame was shown or superseded: the server may send another.
+  acknowledge(id: number): void {
+    if (this.greeted) this.socket?.send(ackMessage(id));
+  }
+
+  close(): void {
+    this.closed = true;
+    window.clearTimeout(this.retry);
+    this.greeted = false;
+    this.socket?.close(1000);
+  }
+
+  private connect(): void {
+    const socket = new WebSocket(this.address, kSubprotocol);
+    socket.binaryType = "arraybuffer";
+    this.socket = socket;
+    socket.onmessage = (event: MessageEvent<unknown>) => {
+      if (!this.closed) this.receive(event.data);
+    };
+    socket.onclose = () => {
+      if (!this.closed) this.reconnect();
+    };
+  }
+
+  private reconnect(): void {
+    this.greeted = false;
+    const pause = Math.min(kLongestPauseMs, kFirstPauseMs * 2 ** this.attempts++);
+    // Spread, so that many pages do not knock on a restarted server at the same moment.
+    this.retry = window.setTimeout(() => this.connect(), pause * (0.75 + 0.5 * Math.random()));
+    this.events.down();
+  }
+
+  private receive(data: unknown): void {
+    try {
+      if (data instanceof ArrayBuffer) this.events.frame(parseFrame(data));
+      else if (typeof data === "string") this.receiveText(data);
+    } catch (error) {
+      if (!(error instanceof FormatError)) throw error;
+      this.events.problem({ title: "The server sent what this page cannot read", detail: error.message, field: null });
+    }
+  }
+
+  private receiveText(text: string): void {
+    const message = parseMessage(text);
+    if (message.kind === "hello") {
+      this.greeted = true;
+      this.attempts = 0;
+      this.events.hello(message.volume);
+    } else if (message.kind === "error") {
+      this.events.problem(message.problem);
+    }
+  }
+}

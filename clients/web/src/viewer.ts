@@ -1,0 +1,165 @@
+// SPDX-License-Identifier: Apache-2.0
+// One volume on the screen: holds its view, sends what changes of it, and draws what comes back.
+//
+// A change of view goes one way: change() -> view -> at the next animation frame one message with the members that
+// differ from what was sent last. A frame: stream -> canvas -> acknowledgement -> onFrame.
+
+import { orbit, pan, refitted, zoomAt, type Viewport } from "./camera";
+import { FrameCanvas, type FrameOutcome } from "./frame_canvas";
+import type { Moves } from "./gestures";
+import { Meter } from "./meter";
+import type { StreamState } from "./notice";
+import type { FrameHeader, Problem } from "./protocol";
+import { Stream } from "./stream";
+import { length, subtract } from "./vector";
+import { changedMembers, initialView, pictureSize, type ViewOverrides, type ViewState } from "./view_state";
+import type { VolumeInfo } from "./volume_info";
+
+export interface ViewerEvents {
+  opened(volume: VolumeInfo): void;
+  viewChanged(view: ViewState): void;
+  frameShown(header: FrameHeader): void;
+  streamChanged(state: StreamState): void;
+  problem(problem: Problem): void;
+}
+
+export class Viewer implements Moves {
+  readonly meter = new Meter();
+  private readonly picture: FrameCanvas;
+  private stream: Stream | null = null;
+  private volume: VolumeInfo | null = null;
+  private view: ViewState | null = null;
+  private sent: ViewState | null = null; // null: the server knows nothing of this view yet
+  private scheduled = false;
+  private state: StreamState = "none";
+
+  constructor(
+    private readonly canvas: HTMLCanvasElement,
+    private readonly events: ViewerEvents,
+  ) {
+    this.picture = new FrameCanvas(canvas, (outcome) => this.frameDone(outcome), (reason) => this.report(reason));
+    new ResizeObserver(() => this.resized()).observe(canvas);
+  }
+
+  get isColoured(): boolean {
+    return this.volume?.type === "rgba8";
+  }
+
+  get current(): ViewState | null {
+    return this.view;
+  }
+
+  // Leaves the volume that is open, and opens the one at this WebSocket address with these members on top of its own view.
+  open(address: string, overrides: ViewOverrides): void {
+    this.close();
+    this.setState("connecting");
+    this.stream = new Stream(address, {
+      hello: (volume) => this.greet(volume, overrides),
+      frame: (frame) => {
+        this.meter.frameArrived(frame.header.id, frame.bytes, performance.now());
+        this.picture.push(frame);
+      },
+      problem: (problem) => this.events.problem(problem),
+      down: () => this.setState(this.volume === null ? "connecting" : "lost"),
+    });
+  }
+
+  close(): void {
+    this.stream?.close();
+    this.stream = null;
+    this.volume = null;
+    this.view = null;
+    this.sent = null;
+    this.picture.clear();
+    this.setState("none");
+  }
+
+  change(change: ViewOverrides): void {
+    if (this.view === null) return;
+    this.setView({ ...this.view, ...change });
+  }
+
+  orbit(dx: number, dy: number): void {
+    const angle = Math.PI / Math.max(1, this.canvas.clientHeight); // half a turn for the height of the picture
+    const axis = this.volume?.defaultView.camera.up;
+    if (this.view === null || axis === undefined) return;
+    this.change({ camera: orbit(this.view.camera, dx * angle, dy * angle, axis) });
+  }
+
+  pan(dx: number, dy: number): void {
+    if (this.view !== null) this.change({ camera: pan(this.view.camera, dx, dy, this.viewport(this.view)) });
+  }
+
+  zoom(factor: number, x: number, y: number): void {
+    if (this.view === null || this.volume === null) return;
+    const { min, max } = this.volume.worldBox;
+    const diagonal = length(subtract(max, min));
+    const limits = { nearest: diagonal * 1e-4, farthest: diagonal * 50 };
+    this.change({ camera: zoomAt(this.view.camera, factor, x, y, this.viewport(this.view), limits) });
+  }
+
+  // Back to the volume's own camera; range and looks stay.
+  reset(): void {
+    if (this.volume !== null && this.view !== null) this.change({ camera: initialView(this.volume, this.view.size, {}).camera });
+  }
+
+  private greet(volume: VolumeInfo, overrides: ViewOverrides): void {
+    const isFirst = this.volume === null;
+    this.volume = volume;
+    this.picture.abandon();
+    this.meter.reset();
+    this.sent = null;
+    this.setState("live");
+    if (isFirst) this.events.opened(volume);
+    this.setView(isFirst || this.view === null ? initialView(volume, this.size(), overrides) : this.view);
+  }
+
+  private setView(view: ViewState): void {
+    this.view = view;
+    this.picture.setBackground(view.background);
+    this.picture.resize(view.size);
+    this.events.viewChanged(view);
+    if (this.scheduled) return;
+    this.scheduled = true;
+    requestAnimationFrame(() => this.send());
+  }
+
+  private send(): void {
+    this.scheduled = false;
+    if (this.view === null || this.stream === null || !this.stream.isOpen) return;
+    const members = changedMembers(this.sent, this.view, this.isColoured);
+    if (Object.keys(members).length === 0) return;
+    const id = this.stream.sendView(members);
+    this.meter.viewSent(id, performance.now());
+    this.sent = this.view;
+  }
+
+  private frameDone(outcome: FrameOutcome): void {
+    this.stream?.acknowledge(outcome.header.id);
+    if (outcome.shown) this.events.frameShown(outcome.header);
+  }
+
+  private resized(): void {
+    if (this.view === null) return;
+    const size = this.size();
+    this.setView({ ...this.view, size, camera: refitted(this.view.camera, this.view.size, size) });
+  }
+
+  private size(): readonly [number, number] {
+    return pictureSize(this.canvas.clientWidth, this.canvas.clientHeight, window.devicePixelRatio);
+  }
+
+  private viewport(view: ViewState): Viewport {
+    return { width: this.canvas.clientWidth, height: this.canvas.clientHeight, fovDegrees: view.fovDegrees };
+  }
+
+  private setState(state: StreamState): void {
+    if (state === this.state) return;
+    this.state = state;
+    this.events.streamChanged(state);
+  }
+
+  private report(reason: string): void {
+    this.events.problem({ title: "A picture could not be decoded", detail: reason, field: null });
+  }
+}

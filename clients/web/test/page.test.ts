@@ -1,0 +1,247 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page in a browser against the mock server: everything that needs no real volume.
+
+import assert from "node:assert/strict";
+import { mkdirSync } from "node:fs";
+import { after, before, test } from "node:test";
+import type { Browser, Page } from "playwright-core";
+import {
+  changeAndSettle, difference, drag, dragThumb, kDesktop, kPhone, launchBrowser, openPage, readAddress, readPicture, shareOtherThan, waitForFinal,
+} from "./browser";
+import { MockServer, type ListedVolume } from "./mock_server";
+
+declare const PAGE_FOLDER: string; // where the build put the page
+
+const kVolumes: readonly ListedVolume[] = [
+  { id: "fossil", state: "ready", type: "rgba8" },
+  { id: "vessels", state: "ready", type: "u8" },
+  { id: "broken", state: "failed", type: "u8", error: "broken.bwv: chunk 3: wrong checksum" },
+];
+let browser: Browser;
+before(async () => { browser = await launchBrowser(); });
+after(() => browser.close());
+
+interface Run {
+  readonly page: Page;
+  readonly mock: MockServer;
+  readonly port: number;
+}
+
+// One mock and one page a test; the page must have thrown nothing.
+async function run(options: { volumes?: readonly ListedVolume[]; hash?: string; phone?: boolean }, body: (run: Run) => Promise<void>): Promise<void> {
+  const mock = new MockServer(PAGE_FOLDER, options.volumes ?? kVolumes);
+  const port = await mock.start();
+  const viewport = options.phone ? kPhone : kDesktop;
+  const { page, faults } = await openPage(browser, `http://127.0.0.1:${port}/${options.hash ?? ""}`, viewport, options.phone);
+  try {
+    await body({ page, mock, port });
+    assert.deepEqual(faults, []);
+  } finally {
+    await page.context().close();
+    await mock.stop();
+  }
+}
+
+// For people who want to look: BLOCKWALK_SCREENSHOTS names a folder.
+async function screenshot(page: Page, name: string): Promise<void> {
+  const folder = process.env["BLOCKWALK_SCREENSHOTS"];
+  if (folder === undefined) return;
+  mkdirSync(folder, { recursive: true });
+  await page.screenshot({ path: `${folder}/${name}.png` });
+}
+
+test("the page connects, shows the first volume and becomes lossless", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  assert.ok(shareOtherThan(await readPicture(page), [0, 0, 0]) > 0.05);
+  assert.equal(await page.textContent("#badge"), "Lossless");
+  assert.equal(await page.locator("#overlay").isVisible(), false);
+  assert.deepEqual(mock.views[0]?.["size"], [1440 - 304, 900]);
+  assert.match(await page.locator("#volumes .volume.failed").innerText(), /wrong checksum/);
+  await screenshot(page, "desktop");
+}));
+
+test("every frame is acknowledged with its id", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  await changeAndSettle(page, () => drag(page, 60, 20));
+  await page.waitForTimeout(100);
+  const ids = mock.views.map((view) => Number(view["id"]));
+  assert.deepEqual(ids, [...ids].sort((a, b) => a - b));
+  // one coarse frame a view, and a final one for those that stood still
+  assert.deepEqual([...new Set(mock.acks)], ids);
+  assert.ok(mock.acks.length > ids.length);
+}));
+
+test("drag, wheel and keys move the camera, double click and r bring it back", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  const home = await readPicture(page);
+  const turn = (act: () => Promise<void>): Promise<void> => changeAndSettle(page, act);
+  await turn(() => drag(page, 120, 30));
+  assert.ok(difference(home, await readPicture(page)) > 0.05);
+  assert.deepEqual(Object.keys(mock.views.at(-1) ?? {}).sort(), ["eye", "id", "type", "up"]);
+  await turn(() => page.keyboard.press("r"));
+  assert.ok(difference(home, await readPicture(page)) < 0.01);
+  await turn(() => page.mouse.wheel(0, -400));
+  assert.ok(difference(home, await readPicture(page)) > 0.05);
+  await turn(() => page.dblclick("#canvas"));
+  assert.ok(difference(home, await readPicture(page)) < 0.01);
+  await turn(() => page.keyboard.press("ArrowLeft"));
+  assert.ok(difference(home, await readPicture(page)) > 0.01);
+  await page.mouse.move(500, 400);
+  await page.mouse.down({ button: "right" });
+  await turn(() => page.mouse.move(600, 420));
+  assert.ok("target" in (mock.views.at(-1) ?? {}), "a right drag pans");
+}));
+
+test("the range follows thumbs, keys and number fields, and refuses nonsense", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  const home = await readPicture(page);
+  await changeAndSettle(page, () => dragThumb(page, "range-lo", 0.5));
+  assert.ok(difference(home, await readPicture(page)) > 0.05);
+  assert.deepEqual(mock.views.at(-1)?.["range"], [130, 250]);
+  await page.focus("#range-hi");
+  await changeAndSettle(page, () => page.keyboard.press("ArrowLeft"));
+  assert.deepEqual(mock.views.at(-1)?.["range"], [130, 249]);
+  const count = mock.views.length;
+  await page.fill("#range-lo-value", "300");
+  await page.keyboard.press("Enter");
+  assert.match(await page.innerText("#range-fault"), /must not be above/);
+  await page.fill("#range-lo-value", "many");
+  await page.keyboard.press("Enter");
+  assert.match(await page.innerText("#range-fault"), /number/);
+  await screenshot(page, "range-fault");
+  assert.equal(mock.views.length, count, "a bound that is refused is not sent");
+  await page.fill("#range-lo-value", "42");
+  await changeAndSettle(page, () => page.keyboard.press("Enter"));
+  assert.deepEqual(mock.views.at(-1)?.["range"], [42, 249]);
+  assert.equal(await page.locator("#range-fault").isVisible(), false);
+}));
+
+test("mode, extinction and background are sent, and stand in the address", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  await changeAndSettle(page, () => page.locator("#extinction").fill("900"));
+  assert.equal(mock.views.at(-1)?.["extinction"], 4);
+  await changeAndSettle(page, () => page.check("input[value=ffffff]"));
+  await changeAndSettle(page, () => page.check("input[value=first-hit]"));
+  assert.equal(await page.locator("#extinction").isVisible(), false, "only blending has an extinction");
+  const address = await readAddress(page);
+  assert.deepEqual([address.get("mode"), address.get("background"), address.get("extinction")], ["first-hit", "ffffff", "4"]);
+  await screenshot(page, "white");
+}));
+
+test("a scalar volume has no extinction, and the choice is in the address and the history", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  await page.click("[data-volume=vessels]");
+  await page.waitForFunction(() => document.title.startsWith("vessels"));
+  await waitForFinal(page);
+  assert.equal("extinction" in (mock.views.at(-1) ?? {}), false);
+  assert.equal(await page.locator("#extinction").isVisible(), false);
+  assert.equal((await readAddress(page)).get("volume"), "vessels");
+  await page.goBack();
+  await page.waitForFunction(() => document.title.startsWith("fossil"));
+  await waitForFinal(page);
+}));
+
+test("the address restores the view", () => run({ hash: "#volume=fossil&eye=48,40,300&target=48,40,64&up=0,1,0&range=77:200&mode=blocks" }, async ({ page, mock }) => {
+  await waitForFinal(page);
+  const { eye, range, mode } = mock.views[0] ?? {};
+  assert.deepEqual({ eye, range, mode }, { eye: [48, 40, 300], range: [77, 200], mode: "blocks" });
+  assert.equal(await page.inputValue("#range-lo-value"), "77");
+  assert.equal(await page.isChecked("input[value=blocks]"), true);
+  assert.equal((await readAddress(page)).get("eye"), "48,40,300");
+}));
+
+test("what the address gets wrong is said, and the rest is shown", () => run({ hash: "#volume=fossil&range=9:3" }, async ({ page }) => {
+  await waitForFinal(page);
+  assert.match(await page.innerText(".toast"), /range/);
+}));
+
+test("a server that goes and comes back gets the whole view again", () => run({}, async ({ page, mock, port }) => {
+  await waitForFinal(page);
+  await changeAndSettle(page, () => dragThumb(page, "range-lo", 0.25));
+  const picture = await readPicture(page);
+  await mock.stop();
+  await page.waitForSelector("#overlay:has-text('Reconnecting')");
+  await screenshot(page, "reconnecting");
+  const again = new MockServer(PAGE_FOLDER, kVolumes);
+  await again.start(port);
+  try {
+    await page.waitForSelector("#stage[data-stream=live]");
+    await page.waitForSelector("#overlay", { state: "hidden" });
+    await page.waitForTimeout(400);
+    await waitForFinal(page);
+    assert.deepEqual(again.views[0]?.["range"], [70, 250]);
+    assert.ok("eye" in (again.views[0] ?? {}) && "size" in (again.views[0] ?? {}));
+    assert.ok(difference(picture, await readPicture(page)) < 0.01);
+  } finally {
+    await page.context().close();
+    await again.stop();
+  }
+}));
+
+test("a problem names its field and can be dismissed", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  const problem = { type: "about:blank", title: "Bad Request", status: 400, detail: "range: lo is above hi", field: "range" };
+  mock.tell({ type: "error", id: 1, problem });
+  mock.tell({ type: "error", id: 2, problem });
+  await page.waitForSelector(".toast:has-text('×2')");
+  assert.equal(await page.innerText(".toast code"), "range");
+  await screenshot(page, "problem");
+  await page.click(".toast button");
+  assert.equal(await page.locator(".toast").count(), 0);
+}));
+
+test("no volumes, a loading one and a failed one are told apart", () => run({ volumes: [] }, async ({ page, mock }) => {
+  await page.waitForSelector("#overlay:has-text('No volumes yet')");
+  await screenshot(page, "empty");
+  mock.volumes = [{ id: "fossil", state: "loading", type: "rgba8" }];
+  await page.waitForSelector("#overlay:has-text('Loading fossil')");
+  await screenshot(page, "loading");
+  mock.volumes = [{ id: "fossil", state: "ready", type: "rgba8" }, { id: "broken", state: "failed", type: "u8", error: "wrong checksum" }];
+  await waitForFinal(page);
+  await page.click("[data-volume=broken]");
+  await page.waitForSelector("#overlay:has-text('broken could not be loaded')");
+  await page.click("[data-volume=fossil]");
+  await page.waitForSelector("#overlay", { state: "hidden" });
+}));
+
+test("keys open the help and hide the panel, which gives its room to the picture", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  await page.keyboard.press("?");
+  await page.waitForSelector("#help[open]");
+  await screenshot(page, "help");
+  await page.keyboard.press("Escape");
+  await page.waitForSelector("#help", { state: "hidden" });
+  await changeAndSettle(page, () => page.keyboard.press("p"));
+  assert.deepEqual(mock.views.at(-1)?.["size"], [1440, 900]);
+  await page.waitForTimeout(300); // the panel slides
+  await screenshot(page, "panel-hidden");
+}));
+
+test("on a phone the panel is a sheet, one finger orbits and two zoom", () => run({ phone: true }, async ({ page, mock }) => {
+  await waitForFinal(page);
+  await screenshot(page, "phone");
+  const home = await readPicture(page);
+  const touch = await page.context().newCDPSession(page);
+  const send = (type: "touchStart" | "touchMove" | "touchEnd", points: readonly (readonly [number, number])[]) =>
+    touch.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  await changeAndSettle(page, async () => {
+    await send("touchStart", [[150, 300]]);
+    await send("touchMove", [[230, 310]]);
+    await send("touchEnd", []);
+  });
+  assert.ok(difference(home, await readPicture(page)) > 0.02);
+  assert.equal("target" in (mock.views.at(-1) ?? {}), false);
+  await changeAndSettle(page, async () => {
+    await send("touchStart", [[150, 300], [250, 300]]);
+    await send("touchMove", [[100, 300], [300, 300]]);
+    await send("touchEnd", []);
+  });
+  const eye = (view: Record<string, unknown> | undefined): number => Math.hypot(...(view?.["eye"] as number[]));
+  assert.ok(eye(mock.views.at(-1)) < eye(mock.views[0]), "spreading two fingers comes closer");
+  await page.tap("#sheet-handle");
+  await page.waitForTimeout(350);
+  const sheet = await page.locator("#panel").boundingBox();
+  assert.ok(sheet && sheet.y < 500 && sheet.y > 200, `the sheet stands at ${sheet?.y}`);
+  await screenshot(page, "phone-sheet");
+  assert.equal(await page.evaluate(() => document.documentElement.scrollWidth <= window.innerWidth), true);
+}));

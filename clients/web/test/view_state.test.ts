@@ -1,0 +1,121 @@
+// SPDX-License-Identifier: Apache-2.0
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { histogramPath, positionOf, valueAt, valueScale } from "../src/histogram_shape";
+import { Meter } from "../src/meter";
+import { noticeFor } from "../src/notice";
+import { formatFragment, imageQuery, parseFragment } from "../src/url_state";
+import { changedMembers, initialView, pictureSize } from "../src/view_state";
+import { parseVolumeInfo, parseVolumeList } from "../src/volume_info";
+import { sampleVolume } from "./sample_volume";
+
+const kVolume = parseVolumeInfo(sampleVolume("fossil", "rgba8"));
+const kView = initialView(kVolume, [800, 600], {});
+
+test("a first message has the whole view, a later one only what changed", () => {
+  const whole = changedMembers(null, kView, true);
+  assert.deepEqual(Object.keys(whole), ["size", "eye", "target", "up", "fov", "range", "mode", "extinction", "background"]);
+  assert.deepEqual(changedMembers(kView, { ...kView, range: [20, 250] }, true), { range: [20, 250] });
+  const moved = { ...kView, camera: { ...kView.camera, eye: [1, 2, 3] as const } };
+  assert.deepEqual(changedMembers(kView, moved, true), { eye: [1, 2, 3] });
+  assert.deepEqual(changedMembers(kView, { ...kView }, true), {});
+});
+
+test("a volume without extinction is sent none", () => {
+  assert.equal("extinction" in changedMembers(null, kView, false), false);
+  assert.deepEqual(changedMembers(kView, { ...kView, extinction: 3 }, false), {});
+});
+
+test("the picture is in device pixels, within four million and 8192 a side", () => {
+  assert.deepEqual(pictureSize(800, 600, 1), [800, 600]);
+  assert.deepEqual(pictureSize(390, 700, 2), [780, 1400]);
+  assert.deepEqual(pictureSize(0, 0, 2), [2, 2]);
+  for (const [width, height, ratio] of [[1440, 900, 3], [3840, 2160, 2], [20000, 30, 1], [7, 9000, 2]] as const) {
+    const [w, h] = pictureSize(width, height, ratio);
+    assert.ok(w <= 8192 && h <= 8192 && w * h <= 4 * 1024 * 1024 && w >= 1 && h >= 1, `${w}x${h}`);
+    if (w > 100 && h > 100) assert.ok(Math.abs(w / h - width / height) < 0.01, `${w}x${h} keeps its shape`);
+  }
+});
+
+test("the address gives back the view", () => {
+  const view = initialView(kVolume, [800, 600], {
+    camera: { eye: [1.25, -2.5, 1e-7], target: [0, 0.5, 100000], up: [0, 1, 0] },
+    range: [10.123456789012, 200], mode: "first-hit", extinction: 0.75, background: "1c232b",
+  });
+  const { volume, overrides, faults } = parseFragment(formatFragment("a b&c", view, true));
+  assert.equal(volume, "a b&c");
+  assert.deepEqual(faults, []);
+  assert.deepEqual(initialView(kVolume, [800, 600], overrides), view);
+});
+
+test("an empty address asks for nothing", () => {
+  assert.deepEqual(parseFragment(""), { volume: null, overrides: {}, faults: [] });
+  assert.deepEqual(parseFragment("#volume=x"), { volume: "x", overrides: {}, faults: [] });
+});
+
+test("what the address gets wrong is named and left out", () => {
+  for (const [fragment, field] of [
+    ["eye=1,2&target=0,0,0&up=0,1,0", "eye"], ["eye=1,2,x&target=0,0,0&up=0,1,0", "eye"], ["range=9:3", "range"],
+    ["range=,3", "range"], ["range=NaN:3", "range"], ["range=1:Infinity", "range"], ["mode=xray", "mode"],
+    ["extinction=-1", "extinction"], ["extinction=", "extinction"], ["background=red", "background"],
+    ["eye=0,0,0&target=0,0,0&up=0,1,0", "eye"], ["eye=0,4,0&target=0,0,0&up=0,1,0", "eye"],
+  ] as const) {
+    const { overrides, faults } = parseFragment(fragment);
+    assert.equal(faults.length, 1, fragment);
+    assert.ok(faults[0]?.startsWith(`${field}:`), `${fragment}: ${faults[0]}`);
+    assert.deepEqual(overrides, {}, fragment);
+  }
+});
+
+test("the image's query has the interface's names", () => {
+  const query = imageQuery(kView, true);
+  assert.match(query, /^size=800x600&fov=40&eye=248,200,304&target=48,40,64&up=0,1,0&range=10:250&mode=blend&extinction=0.2&background=000000&format=png$/);
+});
+
+test("slider positions and values agree, and the ends are exact", () => {
+  for (const scale of [valueScale([10, 250], 1), valueScale([-1024, 3071], 1), valueScale([0.001, 0.7312345], 0), valueScale([5, 5], 1)]) {
+    assert.equal(valueAt(scale, 0), scale.lo);
+    assert.equal(valueAt(scale, 1), scale.hi);
+    assert.equal(valueAt(scale, -3), scale.lo);
+    for (const position of [0.1, 0.37, 0.5, 0.93]) {
+      const error = Math.abs(positionOf(scale, valueAt(scale, position)) - position) * (scale.hi - scale.lo);
+      assert.ok(error <= scale.step * 0.51, `${JSON.stringify(scale)} at ${position}`);
+    }
+  }
+  assert.equal(valueAt(valueScale([10, 250], 1), 0.5), 130);
+});
+
+test("the histogram stays in its box", () => {
+  for (const range of [[10, 250], [100, 120], [10, 10]] as const) {
+    const path = histogramPath(kVolume.histogram, valueScale(range, 1));
+    for (const number of path.match(/-?[\d.]+/g) ?? []) assert.ok(Number(number) >= 0 && Number(number) <= 1, number);
+  }
+  const single = histogramPath({ lo: 7, hi: 7, counts: [0, 12, 0] }, valueScale([7, 7], 1));
+  assert.match(single, /V0H/, "the one value there is stands at full height");
+});
+
+test("latency is that of a view's first frame", () => {
+  const meter = new Meter();
+  meter.viewSent(1, 1000);
+  meter.viewSent(2, 1010);
+  meter.frameArrived(2, 5000, 1042);
+  assert.equal(meter.figures(1050).latencyMs, 32);
+  meter.frameArrived(2, 90000, 1900); // its refinement
+  assert.deepEqual(meter.figures(1950), { framesPerSecond: 2, bytesPerSecond: 95000, latencyMs: 32 });
+  assert.deepEqual(meter.figures(2500), { framesPerSecond: 1, bytesPerSecond: 90000, latencyMs: 32 });
+});
+
+test("the overlay says where things stand", () => {
+  const known = (...items: object[]) => ({ kind: "known", volumes: parseVolumeList({ volumes: items }) }) as const;
+  const away = { kind: "unreachable", reason: "No answer" } as const;
+  const ready = { id: "a", name: "A", state: "ready" };
+  assert.equal(noticeFor({ kind: "unknown" }, null, "none")?.title, "Connecting…");
+  assert.equal(noticeFor(away, "a", "none")?.title, "Connecting…");
+  assert.equal(noticeFor(away, "a", "lost")?.title, "Reconnecting…");
+  assert.equal(noticeFor(known(ready), "a", "lost")?.title, "Reconnecting…");
+  assert.equal(noticeFor(known(ready), "a", "live"), null);
+  assert.equal(noticeFor(known(), null, "none")?.kind, "empty");
+  assert.equal(noticeFor(known({ ...ready, state: "loading" }), "a", "none")?.title, "Loading A…");
+  assert.equal(noticeFor(known({ ...ready, state: "failed", error: "why" }), "a", "none")?.detail, "why");
+  assert.equal(noticeFor(known(ready), "b", "none")?.kind, "failed");
+});
