@@ -1,0 +1,13 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a file is, by its first bytes.
+#pragma once
+
+#include "volume/import/input_file.h"
+
+namespace blockwalk {
+
+enum class FileKind { unknown, nrrd, metaimage, png, tiff };
+
+FileKind fileKind(const InputFile& file);
+
+}  // namespace blockwalk

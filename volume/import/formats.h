@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// One function a format; each throws DataError for what it cannot read.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <vector>
+
+#include "volume/import/import.h"
+#include "volume/import/input_file.h"
+
+namespace blockwalk {
+
+std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+
+// A stack of slices, in order; `name` is the stack's.
+std::unique_ptr<Source> openPng(const std::vector<std::filesystem::path>& slices, const std::string& name,
+                                const ImportOptions& options);
+std::unique_ptr<Source> openTiff(const std::vector<std::filesystem::path>& slices, const std::string& name,
+                                 const ImportOptions& options);
+
+}  // namespace blockwalk

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/import/import.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "volume/error.h"
+#include "volume/import/file_kind.h"
+#include "volume/import/formats.h"
+#include "volume/import/slice_order.h"
+
+namespace blockwalk {
+namespace {
+
+using Paths = std::vector<std::filesystem::path>;
+
+std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const ImportOptions& options) {
+  if (options.type) failData("{}: type: slices say their type themselves; leave it out", name);
+  const FileKind kind = fileKind(InputFile(slices.front()));
+  for (const auto& slice : slices) {
+    const FileKind found = fileKind(InputFile(slice));
+    if (found != FileKind::png && found != FileKind::tiff) {
+      failData("{}: is neither PNG nor TIFF; several files are the slices of one stack", slice.string());
+    }
+    if (found != kind) failData("{}: is of another kind than {}", slice.string(), slices.front().string());
+  }
+  return kind == FileKind::png ? openPng(slices, name, options) : openTiff(slices, name, options);
+}
+
+std::unique_ptr<Source> openFile(const std::filesystem::path& path, const ImportOptions& options) {
+  auto file = std::make_shared<InputFile>(path);
+  if (options.dims && options.type) return openRaw(file, options);
+  const FileKind kind = fileKind(*file);
+  if (kind == FileKind::png || kind == FileKind::tiff) return openStack({path}, file->name(), options);
+  if (kind == FileKind::unknown) {
+    failData("{}: is no NRRD, MetaImage, PNG or TIFF file; raw data needs --dims and --type", file->name());
+  }
+  if (options.dims || options.type || options.big_endian || options.skip_bytes > 0) {
+    failData("{}: says its size and type itself; leave --dims, --type, --big-endian and --skip out", file->name());
+  }
+  return kind == FileKind::nrrd ? openNrrd(file, options) : openMetaImage(file, options);
+}
+
+}  // namespace
+
+std::unique_ptr<Source> openSource(const Paths& paths, const ImportOptions& options) {
+  if (paths.empty()) failData("no file to import is named");
+  if (paths.size() == 1) {
+    if (!std::filesystem::is_directory(paths[0])) return openFile(paths[0], options);
+    const auto folder = std::filesystem::absolute(paths[0] / "").parent_path();
+    return openStack(slicesInFolder(paths[0]), folder.filename().string(), options);
+  }
+  Paths slices = paths;
+  std::sort(slices.begin(), slices.end(), [](const auto& a, const auto& b) {
+    const std::string name_a = a.filename().string();
+    const std::string name_b = b.filename().string();
+    if (name_a != name_b) return comesBefore(name_a, name_b);
+    return a < b;
+  });
+  const auto repeated = std::adjacent_find(slices.begin(), slices.end());
+  if (repeated != slices.end()) failData("{}: is named twice", repeated->string());
+  return openStack(slices, slices.front().filename().string(), options);
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The header of a NRRD file (teem.sourceforge.net/nrrd/format.html), interpreted.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "volume/import/geometry.h"
+#include "volume/import/input_file.h"
+#include "volume/import/sample.h"
+
+namespace blockwalk {
+
+enum class NrrdEncoding { raw, gzip, text };
+
+struct NrrdHeader {
+  SampleFormat format;
+  glm::ivec3 dims{0};
+  Geometry geometry;
+  NrrdEncoding encoding = NrrdEncoding::raw;
+  std::string data_file;         // empty: the data follows the header
+  std::uint64_t data_begin = 0;  // attached: offset behind the header
+  std::uint64_t line_skip = 0;
+  std::int64_t byte_skip = 0;  // -1: the data is the last of the bytes
+};
+
+// Throws DataError naming the field. Three axes are a volume, two are one slice, and one is one row; an axis of three
+// or four in front of them is colour when `kinds` calls it one, or when it is u8 and `kinds` calls it nothing else.
+NrrdHeader readNrrdHeader(const InputFile& file);
+
+}  // namespace blockwalk

@@ -1,0 +1,62 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <array>
+#include <bit>
+#include <string_view>
+
+#include "volume/error.h"
+#include "volume/import/formats.h"
+#include "volume/import/geometry.h"
+#include "volume/import/sample_array.h"
+
+namespace blockwalk {
+namespace {
+
+struct RawType {
+  std::string_view name;
+  SampleType type;
+  int channels;
+};
+
+constexpr RawType kRawTypes[] = {
+    {"u8", SampleType::u8, 1},   {"i8", SampleType::i8, 1},    {"u16", SampleType::u16, 1}, {"i16", SampleType::i16, 1},
+    {"u32", SampleType::u32, 1}, {"i32", SampleType::i32, 1},  {"f32", SampleType::f32, 1}, {"f64", SampleType::f64, 1},
+    {"rgb8", SampleType::u8, 3}, {"rgba8", SampleType::u8, 4},
+};
+
+SampleFormat rawFormat(const std::string& source, const ImportOptions& options) {
+  for (const RawType& known : kRawTypes) {
+    if (known.name != *options.type) continue;
+    const bool swap = options.big_endian != (std::endian::native == std::endian::big);
+    return {known.type, known.channels, swap && sampleBytes(known.type) > 1};
+  }
+  failData("{}: type '{}' is none of u8 i8 u16 i16 u32 i32 f32 f64 rgb8 rgba8", source, *options.type);
+}
+
+bool startsLikeGzip(const InputFile& file, std::uint64_t offset) {
+  std::array<std::byte, 2> magic{};
+  return file.readSome(offset, magic) == 2 && magic[0] == std::byte{0x1f} && magic[1] == std::byte{0x8b};
+}
+
+}  // namespace
+
+std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const ImportOptions& options) {
+  const std::string& name = file->name();
+  const glm::ivec3 dims = checkedDims(options.dims->x, options.dims->y, options.dims->z, name, "dims");
+  const SampleFormat format = rawFormat(name, options);
+  const std::uint64_t bytes = arrayBytes(format, dims);
+  SourceInfo info{.name = name, .format = "raw", .dims = dims};
+  info.world_from_index = worldFromIndex(Geometry{}, options.spacing, name, "spacing");
+  VoxelConverter converter(format, options.density, name);
+
+  const bool fits = options.skip_bytes <= file->bytes() && bytes == file->bytes() - options.skip_bytes;
+  if (!fits && startsLikeGzip(*file, 0)) {
+    return makeSampleArray(info, std::move(converter), readCompressedBytes(file, 0, options.skip_bytes, bytes));
+  }
+  if (!fits) {
+    failData("{}: the file has {} bytes; {} x {} x {} voxels of {} after {} skipped bytes take {}", name, file->bytes(),
+             dims.x, dims.y, dims.z, *options.type, options.skip_bytes, options.skip_bytes + bytes);
+  }
+  return makeSampleArray(info, std::move(converter), readFileBytes(file, options.skip_bytes, bytes));
+}
+
+}  // namespace blockwalk

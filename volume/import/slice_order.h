@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The order of a stack's slices, by their file names.
+#pragma once
+
+#include <filesystem>
+#include <string_view>
+#include <vector>
+
+namespace blockwalk {
+
+// Runs of digits compare as numbers: slice2 comes before slice10. A strict order: names that differ only in leading
+// zeros compare by their characters.
+bool comesBefore(std::string_view a, std::string_view b);
+
+// The PNG or TIFF files of a folder, in natural order. Files of other kinds are passed over, but one that calls itself
+// .png, .tif or .tiff and is not throws DataError, as do a folder without slices and one with slices of both kinds.
+std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& folder);
+
+}  // namespace blockwalk
