@@ -8,6 +8,7 @@ import { parseVolumeList, type VolumeSummary } from "./volume_info";
 export type CatalogState =
   | { readonly kind: "unknown" }
   | { readonly kind: "known"; readonly volumes: readonly VolumeSummary[] }
+  | { readonly kind: "refused"; readonly reason: string } // the server is there but wants a token
   | { readonly kind: "unreachable"; readonly reason: string };
 
 const kLoadingPauseMs = 700;
@@ -43,7 +44,8 @@ async function fetchList(address: string): Promise<CatalogState> {
     const body = parseJson(await response.text(), "list");
     if (response.ok) return { kind: "known", volumes: parseVolumeList(body) };
     const problem = parseProblem(new Fields(body, "problem"));
-    return { kind: "unreachable", reason: problem.detail || problem.title };
+    const isRefused = response.status === 401 || response.status === 403;
+    return { kind: isRefused ? "refused" : "unreachable", reason: problem.detail || problem.title };
   } catch (error) {
     // A refused connection, a timeout, or an answer that is no list: all mean "not now", and the reason is shown.
     const reason = error instanceof FormatError || error instanceof DOMException ? error.message : "No answer";

@@ -116,7 +116,8 @@ export function bindKeys(canvas: HTMLElement, moves: Moves, commands: ReadonlyMa
   window.addEventListener("keydown", (event) => {
     const target = event.target;
     const within = (selector: string): boolean => target instanceof Element && target.closest(selector) !== null;
-    const isTyping = within("input[type=text], input[type=color], dialog");
+    // A dialog just closed may hold the focus until the next picture of the page: only an open one counts.
+    const isTyping = within("input[type=text], input[type=color], dialog[open]");
     if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
     const usesArrows = within("[role=slider], input");
     if (event.key.startsWith("Arrow") ? !usesArrows && moveByArrow(event, moves) : pressKey(event, canvas, moves, commands)) {

@@ -13,6 +13,7 @@ export interface Notice {
 
 export function noticeFor(catalog: CatalogState, chosen: string | null, stream: StreamState): Notice | null {
   if (stream === "live") return null;
+  if (catalog.kind === "refused") return { kind: "failed", title: "The server wants a token", detail: catalog.reason };
   if (catalog.kind === "unreachable" && stream === "lost") return kReconnecting;
   if (catalog.kind === "unreachable") return { kind: "busy", title: "Connecting…", detail: catalog.reason };
   if (catalog.kind === "unknown") return { kind: "busy", title: "Connecting…", detail: "" };

@@ -210,7 +210,6 @@ test("keys open the help and hide the panel, which gives its room to the picture
   await page.waitForSelector("#help[open]");
   await screenshot(page, "help");
   await page.keyboard.press("Escape");
-  await page.waitForSelector("#help", { state: "hidden" });
   await changeAndSettle(page, () => page.keyboard.press("p"));
   assert.deepEqual(mock.views.at(-1)?.["size"], [1440, 900]);
   await page.waitForTimeout(300); // the panel slides

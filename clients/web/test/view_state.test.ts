@@ -112,6 +112,7 @@ test("the overlay says where things stand", () => {
   assert.equal(noticeFor({ kind: "unknown" }, null, "none")?.title, "Connecting…");
   assert.equal(noticeFor(away, "a", "none")?.title, "Connecting…");
   assert.equal(noticeFor(away, "a", "lost")?.title, "Reconnecting…");
+  assert.equal(noticeFor({ kind: "refused", reason: "no token" }, "a", "lost")?.detail, "no token");
   assert.equal(noticeFor(known(ready), "a", "lost")?.title, "Reconnecting…");
   assert.equal(noticeFor(known(ready), "a", "live"), null);
   assert.equal(noticeFor(known(), null, "none")?.kind, "empty");
