@@ -31,11 +31,12 @@ using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 
 struct HttpReply {
   int status = 200;
-  std::string type;  // of the body
-  std::vector<std::pair<std::string, std::string>> fields;
-  Bytes body;              // null: none
-  bool omit_body = false;  // the answer to HEAD
-  bool close = false;      // the connection ends after this
+  std::string type = {};  // of the body
+  std::vector<std::pair<std::string, std::string>> fields = {};
+  Bytes body = {};                  // null: none
+  bool omit_body = false;           // the answer to HEAD
+  bool close = false;               // the connection ends after this
+  std::shared_ptr<void> room = {};  // kept until the reply is sent
 };
 
 Bytes textBytes(std::string_view text);

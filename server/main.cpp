@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: Apache-2.0
+// blockwalkd: options, server, run.
+#include <spdlog/spdlog.h>
+
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+
+#include "renderer/renderer.h"
+#include "server/options.h"
+#include "server/server.h"
+
+namespace {
+
+blockwalk::DeviceOptions deviceOptions(const blockwalk::ServerOptions& options) {
+  return {.device = options.device,
+          .allow_ray_query = !options.no_ray_query,
+          .validation = options.validation,
+          .on_message = [](const std::string& message) { spdlog::warn("{}", message); }};
+}
+
+int serve(const std::vector<std::string>& arguments) {
+  const auto options = blockwalk::parseServerOptions(arguments);
+  blockwalk::Server server(options, [options] { return blockwalk::createRenderer(deviceOptions(options)); });
+  server.drainOnSignals();
+  fmt::print("blockwalkd: listening on {}\n", server.url());
+  std::fflush(stdout);
+  const int status = server.run();
+  if (!server.stopRendering()) {
+    // A volume is being loaded, which cannot be interrupted and changes nothing outside this process.
+    spdlog::warn("ending while a volume loads");
+    std::_Exit(status);
+  }
+  return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const std::vector<std::string> arguments(argv + 1, argv + argc);
+  for (const std::string& argument : arguments) {
+    if (argument == "--help") {
+      fmt::print("{}", blockwalk::serverHelp());
+      return 0;
+    }
+    if (argument == "--version") {
+      fmt::print("blockwalkd {}\n", BLOCKWALK_VERSION);
+      return 0;
+    }
+  }
+  std::signal(SIGPIPE, SIG_IGN);
+  try {
+    return serve(arguments);
+  } catch (const blockwalk::UsageError& error) {
+    fmt::print(stderr, "blockwalkd: {}\n", error.what());
+    return 2;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "blockwalkd: {}\n", error.what());
+    return 1;
+  }
+}

@@ -1,0 +1,234 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/server.h"
+
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/asio/detached.hpp>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/signal_set.hpp>
+#include <boost/asio/thread_pool.hpp>
+#include <csignal>
+#include <cstdlib>
+
+#include "server/await_result.h"
+#include "server/connection.h"
+#include "server/server_context.h"
+
+namespace blockwalk {
+namespace {
+
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::chrono::milliseconds kAcceptPause{100};
+
+ServerState makeState(const ServerOptions& options, const ListenAddress& address) {
+  const auto web_root = options.web_root.empty() ? defaultWebRoot() : options.web_root;
+  ServerState state{.options = options,
+                    .rules = {.loopback = address.loopback,
+                              .token = options.token_file.empty() ? "" : readToken(options.token_file),
+                              .body_limit = static_cast<std::uint64_t>(options.body_limit)},
+                    .volumes = Volumes(volumeFiles(options)),
+                    .pages = loadStaticPages(web_root),
+                    .device = {},
+                    .counters = {}};
+  if (!state.pages.contains("/")) spdlog::warn("no page in '{}': serving the interface alone", web_root.string());
+  return state;
+}
+
+std::vector<std::filesystem::path> filesOf(const Volumes& volumes) {
+  std::vector<std::filesystem::path> files;
+  for (const ServedVolume& volume : volumes.all()) files.push_back(volume.file);
+  return files;
+}
+
+tcp::acceptor listenAt(asio::io_context& io, const ListenAddress& address) {
+  const tcp::endpoint endpoint(asio::ip::make_address(address.host), address.port);
+  try {
+    tcp::acceptor acceptor(io);
+    acceptor.open(endpoint.protocol());
+    acceptor.set_option(tcp::acceptor::reuse_address(true));
+    acceptor.bind(endpoint);
+    acceptor.listen();
+    return acceptor;
+  } catch (const boost::system::system_error& error) {
+    throw std::system_error(error.code(), fmt::format("cannot listen at {}:{}", address.host, address.port));
+  }
+}
+
+}  // namespace
+
+// Destroyed from the last to the first. Coroutines that never end are destroyed with whatever they wait for (the render
+// thread's queue, the encoders' or the io_context's), and give back what they hold of `context` and `state`.
+struct Server::Parts {
+  Parts(const ServerOptions& options, RendererFactory factory)
+      : address(listenAddress(options)),
+        state(makeState(options, address)),
+        frames(state, renderer, encoders),
+        context{.state = state, .frames = frames},
+        acceptor(listenAt(io, address)),
+        signals(io),
+        drain_timer(io),
+        encoders(static_cast<std::size_t>(options.encode_threads)),
+        renderer(std::move(factory), filesOf(state.volumes), events()) {
+    context.on_not_busy = [this] { endIfDrained(); };
+    asio::co_spawn(io, accept(), asio::detached);
+  }
+
+  RenderEvents events();
+  asio::awaitable<void> accept();
+  void startDrain();
+  void endIfDrained();
+  void awaitSignal();
+
+  ListenAddress address;
+  ServerState state;
+  FrameMaker frames;
+  ServerContext context;
+  asio::io_context io{1};
+  tcp::acceptor acceptor;
+  asio::signal_set signals;
+  asio::steady_timer drain_timer;
+  int status = 0;
+  asio::thread_pool encoders;
+  RenderThread renderer;
+};
+
+// The render thread's events, handed to the socket thread.
+RenderEvents Server::Parts::events() {
+  return {.on_device =
+              [this](DeviceInfo device) {
+                asio::post(io, [this, device = std::move(device)] {
+                  if (!state.device) {
+                    spdlog::info("device: {} ({}), {}", device.name, device.kind,
+                                 device.ray_query ? "ray queries" : "no ray queries");
+                  }
+                  state.device = device;
+                });
+              },
+          .on_no_device =
+              [this](std::string error) {
+                asio::post(io, [this, error = std::move(error)] {
+                  spdlog::error("no device: {}", error);
+                  status = 1;
+                  io.stop();
+                });
+              },
+          .on_loaded =
+              [this](std::size_t index, LoadedVolume loaded) {
+                asio::post(io, [this, index, loaded = std::move(loaded)] {
+                  try {
+                    state.volumes.setLoaded(index, loaded);
+                    spdlog::info("volume {}: ready", state.volumes.at(index).id);
+                  } catch (const std::exception& error) {
+                    state.volumes.setFailed(index, error.what());
+                    spdlog::error("volume {}: {}", state.volumes.at(index).id, error.what());
+                  }
+                });
+              },
+          .on_failed =
+              [this](std::size_t index, std::string error) {
+                asio::post(io, [this, index, error = std::move(error)] { state.volumes.setFailed(index, error); });
+              }};
+}
+
+asio::awaitable<void> Server::Parts::accept() {
+  Signal pause(io.get_executor());
+  while (!state.draining) {
+    if (state.counters.open_connections >= state.options.max_connections) {
+      co_await pause.wait(std::chrono::steady_clock::now() + kAcceptPause);
+      continue;
+    }
+    error_code error;
+    tcp::socket socket = co_await acceptor.async_accept(asio::redirect_error(asio::use_awaitable, error));
+    if (error == asio::error::operation_aborted || error == asio::error::bad_descriptor) break;
+    if (error) {
+      // Out of descriptors, most likely: those that are open will close.
+      spdlog::warn("accept: {}", error.message());
+      co_await pause.wait(std::chrono::steady_clock::now() + kAcceptPause);
+      continue;
+    }
+    asio::co_spawn(io, serveConnection(std::move(socket), context), [](std::exception_ptr thrown) {
+      if (!thrown) return;
+      try {
+        std::rethrow_exception(thrown);
+      } catch (const std::exception& failure) {
+        spdlog::error("connection ended: {}", failure.what());
+      }
+    });
+  }
+}
+
+void Server::Parts::startDrain() {
+  if (state.draining) return;
+  spdlog::info("draining");
+  state.draining = true;
+  error_code ignored;  // it may be closed already
+  acceptor.close(ignored);
+  const auto streams = context.streams;  // goAway() may take one out
+  for (OpenStream* stream : streams) stream->goAway();
+  drain_timer.expires_after(std::chrono::seconds(state.options.drain_time));
+  drain_timer.async_wait([this](error_code error) {
+    if (error) return;
+    spdlog::warn("drain time is up with {} requests and streams open", context.busy);
+    io.stop();
+  });
+  endIfDrained();
+}
+
+void Server::Parts::endIfDrained() {
+  if (state.draining && context.busy == 0) io.stop();
+}
+
+void Server::Parts::awaitSignal() {
+  signals.async_wait([this](error_code error, int) {
+    if (error) return;
+    if (state.draining) {
+      spdlog::warn("second signal: ending now");
+      std::_Exit(1);
+    }
+    startDrain();
+    awaitSignal();
+  });
+}
+
+Server::Server(const ServerOptions& options, RendererFactory factory)
+    : parts_(std::make_unique<Parts>(options, std::move(factory))) {}
+
+Server::~Server() { parts_->context.on_not_busy = {}; }
+
+std::uint16_t Server::port() const { return parts_->acceptor.local_endpoint().port(); }
+
+std::string Server::url() const {
+  const std::string& host = parts_->address.host;
+  const bool is_v6 = host.find(':') != std::string::npos;
+  return is_v6 ? fmt::format("http://[{}]:{}/", host, port()) : fmt::format("http://{}:{}/", host, port());
+}
+
+void Server::drainOnSignals() {
+  parts_->signals.add(SIGTERM);
+  parts_->signals.add(SIGINT);
+  parts_->awaitSignal();
+}
+
+int Server::run() {
+  while (true) {
+    try {
+      parts_->io.run();
+      return parts_->status;
+    } catch (const std::exception& error) {
+      // Out of memory in a completion, say: that one is lost, the rest goes on.
+      spdlog::error("socket thread: {}", error.what());
+    }
+  }
+}
+
+void Server::drain() {
+  asio::post(parts_->io, [this] { parts_->startDrain(); });
+}
+
+bool Server::stopRendering() { return parts_->renderer.stop(std::chrono::milliseconds(500)); }
+
+}  // namespace blockwalk

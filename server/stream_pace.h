@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// When a stream draws its next frame, and how: the rules of latest-wins, frames in flight, target rate and refinement,
+// without sockets and without a clock of its own.
+//
+// While views keep coming, frames are drawn at a scale (1, 1/2, 1/4, 1/8) and a quality that hold the target rate. Once
+// the view has stood still, one more frame follows: full resolution, lossless.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <optional>
+
+namespace blockwalk {
+
+using Clock = std::chrono::steady_clock;
+
+struct PaceLimits {
+  int frames_in_flight = 3;
+  double fps = 30;
+  std::optional<std::uint64_t> max_bytes_per_second;
+};
+
+struct PaceStep {
+  enum class Kind { wait, moving, still };
+  Kind kind = Kind::wait;
+  Clock::time_point when = Clock::time_point::max();  // wait: look again then, or when something changes
+  std::uint64_t id = 0;                               // the view to draw
+  double scale = 1;
+  int quality = 85;
+};
+
+class StreamPace {
+ public:
+  static constexpr std::chrono::milliseconds kStillTime{150};
+  static constexpr double kSmallestScale = 0.125;
+  static constexpr int kLowestQuality = 35;
+
+  explicit StreamPace(const PaceLimits& limits) : limits_(limits) {}
+
+  // False, and nothing changes, unless `id` is greater than every id before.
+  bool setView(std::uint64_t id, int quality, Clock::time_point now);
+  void setLimits(std::optional<double> fps, std::optional<std::uint64_t> max_bytes_per_second);
+  // False when no frame of this id, or a newer one, was sent.
+  bool acknowledge(std::uint64_t id);
+
+  PaceStep next(Clock::time_point now);
+  // A new view came while `step` is being drawn since `begin`: should it be given up?
+  bool shouldCancel(const PaceStep& step, Clock::time_point begin, Clock::time_point now) const;
+
+  void frameStarted(Clock::time_point now) { last_start_ = now; }
+  void frameSent(const PaceStep& step, double cost_ms, std::size_t bytes, Clock::time_point now);
+  void frameCancelled(const PaceStep& step);
+  // The view cannot be drawn; nothing more is tried until another comes.
+  void frameFailed(const PaceStep& step);
+
+  std::uint64_t newestId() const { return newest_id_; }
+  std::uint64_t droppedViews() const { return dropped_views_; }
+  const PaceLimits& limits() const { return limits_; }
+
+ private:
+  void chooseScale();
+  void chooseQuality(std::size_t bytes);
+
+  PaceLimits limits_;
+  std::uint64_t newest_id_ = 0;
+  bool has_view_ = false;
+  std::uint64_t shown_id_ = 0;
+  bool has_shown_ = false;
+  bool shown_final_ = false;
+  std::uint64_t views_waiting_ = 0;  // came since the view that was shown last
+  std::uint64_t dropped_views_ = 0;
+  int full_quality_ = 85;  // asked for
+  int quality_ = 85;
+  double scale_ = 0.5;        // the first frame's cost is unknown
+  double full_cost_ms_ = 0;   // of a frame at scale 1, estimated; 0: unknown
+  bool was_blocked_ = false;  // a frame was due while as many as may be were in flight
+  Clock::time_point view_time_{};
+  Clock::time_point last_start_{};
+  Clock::time_point link_free_{};  // when the bytes sent so far fit max_bytes_per_second
+  std::deque<std::uint64_t> in_flight_;
+};
+
+}  // namespace blockwalk

@@ -1,0 +1,391 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stream_session.h"
+
+#include <spdlog/spdlog.h>
+
+#include <boost/asio/co_spawn.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/websocket.hpp>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "protocol/image_codec.h"
+#include "protocol/json_text.h"
+#include "protocol/stream_messages.h"
+#include "server/await_result.h"
+#include "server/routes.h"
+#include "server/stream_pace.h"
+
+namespace blockwalk {
+namespace {
+
+namespace beast = boost::beast;
+namespace websocket = beast::websocket;
+using boost::system::error_code;
+using WebSocket = websocket::stream<beast::tcp_stream>;
+
+constexpr std::size_t kMaxWaitingTexts = 16;
+constexpr int kMaxBadMessages = 256;  // in a row
+constexpr std::chrono::milliseconds kRoomTime{20};
+
+auto keepError(error_code& error) { return asio::redirect_error(asio::use_awaitable, error); }
+
+class StreamSession final : public OpenStream, public std::enable_shared_from_this<StreamSession> {
+ public:
+  StreamSession(WebSocket socket, ServerContext& context, std::size_t volume);
+  ~StreamSession() override;
+  StreamSession(const StreamSession&) = delete;
+  StreamSession& operator=(const StreamSession&) = delete;
+
+  asio::awaitable<void> read();
+  asio::awaitable<void> paint();
+  asio::awaitable<void> write();
+  void sayHello();
+  void goAway() override { close(websocket::close_code::going_away); }
+
+ private:
+  void close(websocket::close_code code);
+  void vanish();
+  void take(std::string_view text);
+  void apply(const ViewMessage& message);
+  void apply(const AckMessage& message);
+  void apply(const LimitsMessage& message);
+  void apply(const PingMessage& message) { push(pongMessage(message.time)); }
+  void push(std::string text);
+  asio::awaitable<void> throttle();
+  asio::awaitable<void> paintOne(PaceStep step);
+  FrameOrder orderOf(const PaceStep& step) const;
+  asio::awaitable<bool> send(asio::const_buffer bytes, bool text);
+
+  WebSocket socket_;
+  ServerContext& context_;
+  const BusyLease busy_;
+  const std::size_t volume_;
+  const std::uint64_t client_;
+  StreamPace pace_;
+  ImageRequest request_;
+  std::uint64_t last_seq_ = 0;
+  int bad_messages_ = 0;
+  std::int64_t messages_in_second_ = 0;
+  Clock::time_point second_begin_{};
+
+  // What is being drawn.
+  bool painting_ = false;
+  PaceStep step_;
+  Clock::time_point paint_begin_{};
+  std::shared_ptr<std::atomic<bool>> cancel_;
+
+  // What waits to be written: short texts, and one frame.
+  std::deque<std::string> texts_;
+  std::optional<std::vector<std::byte>> frame_;
+  std::shared_ptr<void> frame_room_;
+  std::optional<websocket::close_code> closing_;
+  bool vanished_ = false;
+
+  Signal paint_signal_;
+  Signal write_signal_;
+  Signal room_signal_;
+  asio::steady_timer send_timer_;
+};
+
+StreamSession::StreamSession(WebSocket socket, ServerContext& context, std::size_t volume)
+    : socket_(std::move(socket)),
+      context_(context),
+      busy_(context),
+      volume_(volume),
+      client_(context.frames.newClient()),
+      pace_({.frames_in_flight = static_cast<int>(context.state.options.frames_in_flight),
+             .fps = PaceLimits{}.fps,
+             .max_bytes_per_second = {}}),
+      paint_signal_(socket_.get_executor()),
+      write_signal_(socket_.get_executor()),
+      room_signal_(socket_.get_executor()),
+      send_timer_(socket_.get_executor()) {
+  context_.streams.insert(this);
+  ++context_.state.counters.sessions;
+  ++context_.state.counters.open_sessions;
+}
+
+StreamSession::~StreamSession() {
+  context_.streams.erase(this);
+  --context_.state.counters.open_sessions;
+  context_.state.counters.dropped_views += pace_.droppedViews();
+}
+
+void StreamSession::close(websocket::close_code code) {
+  if (closing_) return;
+  closing_ = code;
+  paint_signal_.notify();
+  write_signal_.notify();
+  room_signal_.notify();
+}
+
+// The client is gone: nothing more is drawn or written for it.
+void StreamSession::vanish() {
+  vanished_ = true;
+  close(websocket::close_code::normal);
+  if (cancel_) cancel_->store(true);
+  texts_.clear();
+  frame_.reset();
+  frame_room_.reset();
+  send_timer_.cancel();
+  beast::get_lowest_layer(socket_).close();
+  write_signal_.notify();
+}
+
+void StreamSession::sayHello() {
+  const auto document = nlohmann::json::parse(context_.state.volumes.at(volume_).json);
+  push(helloMessage(document, {.frames_in_flight = pace_.limits().frames_in_flight, .fps = pace_.limits().fps}));
+}
+
+asio::awaitable<void> StreamSession::read() {
+  beast::flat_buffer buffer;
+  while (!closing_) {
+    error_code error;
+    co_await socket_.async_read(buffer, keepError(error));
+    if (error) break;
+    if (closing_) continue;
+    if (socket_.got_text()) {
+      take({static_cast<const char*>(buffer.data().data()), buffer.size()});
+    } else {
+      ++bad_messages_;
+      push(errorMessage({.status = 400, .detail = "messages are text", .field = {}}, {}));
+    }
+    buffer.consume(buffer.size());
+    if (bad_messages_ > kMaxBadMessages) close(websocket::close_code::policy_error);
+    co_await throttle();
+  }
+  // While the close is under way what the client still sends is read and dropped.
+  while (closing_ && !vanished_) {
+    error_code error;
+    buffer.clear();
+    co_await socket_.async_read(buffer, keepError(error));
+    if (error) break;
+  }
+  vanish();
+}
+
+// Reading pauses while the client sends faster than it may, or takes no answers: TCP then slows it down.
+asio::awaitable<void> StreamSession::throttle() {
+  const auto now = Clock::now();
+  if (now - second_begin_ >= std::chrono::seconds(1)) {
+    second_begin_ = now;
+    messages_in_second_ = 0;
+  }
+  const auto second_end = second_begin_ + std::chrono::seconds(1);
+  if (++messages_in_second_ >= context_.state.options.message_rate) {
+    while (!closing_ && Clock::now() < second_end) co_await room_signal_.wait(second_end);
+  }
+  while (texts_.size() >= kMaxWaitingTexts && !closing_) co_await room_signal_.wait();
+}
+
+void StreamSession::take(std::string_view text) {
+  try {
+    std::visit([this](const auto& message) { apply(message); }, parseClientMessage(text));
+    bad_messages_ = 0;
+  } catch (const MessageError& error) {
+    ++bad_messages_;
+    push(errorMessage(error.problem, error.id));
+  }
+}
+
+void StreamSession::apply(const ViewMessage& message) {
+  ImageRequest changed = request_;
+  try {
+    setViewFields(changed, message.members);
+    resolveView(changed.view, *context_.state.volumes.at(volume_).loaded.info);
+  } catch (const ViewError& error) {
+    throw MessageError({.status = 400, .detail = error.what(), .field = error.field}, message.id);
+  }
+  const auto now = Clock::now();
+  if (!pace_.setView(message.id, changed.quality, now)) {
+    throw MessageError({.status = 400,
+                        .detail = fmt::format("id: must be greater than {}, the newest view's", pace_.newestId()),
+                        .field = "id"},
+                       message.id);
+  }
+  request_ = std::move(changed);
+  if (cancel_ && pace_.shouldCancel(step_, paint_begin_, now)) cancel_->store(true);
+  paint_signal_.notify();
+}
+
+void StreamSession::apply(const AckMessage& message) {
+  if (!pace_.acknowledge(message.id)) {
+    throw MessageError({.status = 400, .detail = "id: no frame shows this view yet", .field = "id"}, message.id);
+  }
+  paint_signal_.notify();
+}
+
+void StreamSession::apply(const LimitsMessage& message) {
+  pace_.setLimits(message.fps, message.max_bytes_per_second);
+  paint_signal_.notify();
+}
+
+void StreamSession::push(std::string text) {
+  texts_.push_back(std::move(text));
+  write_signal_.notify();
+}
+
+asio::awaitable<void> StreamSession::paint() {
+  while (!closing_) {
+    const auto now = Clock::now();
+    const PaceStep step = pace_.next(now);
+    if (step.kind == PaceStep::Kind::wait) {
+      co_await paint_signal_.wait(step.when);
+    } else if (frame_) {
+      co_await paint_signal_.wait();
+    } else if (!context_.frames.hasRoom(request_.view)) {
+      co_await paint_signal_.wait(now + kRoomTime);
+    } else {
+      painting_ = true;
+      co_await paintOne(step);
+      painting_ = false;
+      write_signal_.notify();
+    }
+  }
+}
+
+FrameOrder StreamSession::orderOf(const PaceStep& step) const {
+  FrameOrder order{.client = client_,
+                   .volume = volume_,
+                   .view = request_.view,
+                   .format = request_.format,
+                   .quality = step.quality,
+                   .count = true,
+                   .cancel = cancel_};
+  if (step.kind == PaceStep::Kind::still) return order;
+  const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * step.scale))); };
+  order.view.width = scaled(request_.view.width);
+  order.view.height = scaled(request_.view.height);
+  order.count = false;
+  // JPEG is the quickest to make and send, but it has no opacity.
+  const bool opaque = request_.view.background[3] == 255;
+  if (request_.format == ImageFormat::png && opaque) order.format = ImageFormat::jpeg;
+  return order;
+}
+
+asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
+  step_ = step;
+  paint_begin_ = Clock::now();
+  cancel_ = std::make_shared<std::atomic<bool>>(false);
+  pace_.frameStarted(paint_begin_);
+  const FrameOrder order = orderOf(step);
+  MadeFrame made;
+  std::exception_ptr thrown;
+  try {
+    made = co_await context_.frames.make(order);
+  } catch (...) {
+    thrown = std::current_exception();
+  }
+  cancel_.reset();
+  if (vanished_) co_return;
+  if (thrown) {
+    pace_.frameFailed(step);
+    push(errorMessage(problemOf(thrown), step.id));
+    co_return;
+  }
+  if (made.cancelled) {
+    pace_.frameCancelled(step);
+    co_return;
+  }
+  const auto now = Clock::now();
+  const double cost_ms = std::chrono::duration<double, std::milli>(now - paint_begin_).count();
+  pace_.frameSent(step, cost_ms, made.bytes.size(), now);
+  const bool final = step.kind == PaceStep::Kind::still;
+  const FrameHeader header{.id = step.id,
+                           .seq = ++last_seq_,
+                           .width = made.width,
+                           .height = made.height,
+                           .format = std::string(imageFormatName(order.format)),
+                           .level = made.stats.level,
+                           .final = final,
+                           .scale = step.scale,
+                           .gpu_ms = made.stats.gpu_ms,
+                           .encode_ms = made.encode_ms,
+                           .dropped = pace_.droppedViews()};
+  frame_ = frameMessage(header, made.bytes);
+  frame_room_ = std::move(made.room);
+  if (final) push(statsMessage(step.id, last_seq_, made.stats));
+}
+
+asio::awaitable<bool> StreamSession::send(asio::const_buffer bytes, bool text) {
+  socket_.text(text);
+  send_timer_.expires_after(std::chrono::seconds(context_.state.options.send_time));
+  send_timer_.async_wait([self = shared_from_this()](error_code error) {
+    if (error) return;  // cancelled: it was sent in time
+    spdlog::info("stream closed: the client took nothing for the send time");
+    beast::get_lowest_layer(self->socket_).close();
+  });
+  error_code error;
+  co_await socket_.async_write(bytes, keepError(error));
+  send_timer_.cancel();
+  context_.state.counters.sent_bytes += bytes.size();
+  co_return !error;
+}
+
+asio::awaitable<void> StreamSession::write() {
+  bool sent = true;
+  while (sent && !vanished_) {
+    if (!texts_.empty()) {
+      const std::string text = std::move(texts_.front());
+      texts_.pop_front();
+      room_signal_.notify();
+      sent = co_await send(asio::buffer(text), true);
+    } else if (frame_) {
+      const std::vector<std::byte> frame = std::move(*frame_);
+      const std::shared_ptr<void> room = std::move(frame_room_);
+      frame_.reset();
+      paint_signal_.notify();
+      sent = co_await send(asio::buffer(frame), false);
+    } else if (closing_ && !painting_) {
+      break;
+    } else {
+      co_await write_signal_.wait();
+    }
+  }
+  if (vanished_) co_return;
+  error_code error;
+  if (sent) co_await socket_.async_close(websocket::close_reason(*closing_), keepError(error));
+  if (!sent || error) beast::get_lowest_layer(socket_).close();
+}
+
+// A loop that throws takes its session with it, and nothing else.
+void spawnLoop(const std::shared_ptr<StreamSession>& session, asio::awaitable<void> (StreamSession::*loop)(),
+               const asio::any_io_executor& executor) {
+  asio::co_spawn(
+      executor, [session, loop]() -> asio::awaitable<void> { co_await ((*session).*loop)(); },
+      [session](std::exception_ptr thrown) {
+        if (!thrown) return;
+        spdlog::error("stream ended: {}", problemOf(thrown).detail);
+        session->goAway();
+      });
+}
+
+}  // namespace
+
+asio::awaitable<void> serveStream(beast::tcp_stream stream, beast::http::request<beast::http::string_body> upgrade,
+                                  ServerContext& context, std::size_t volume) {
+  const ServerOptions& options = context.state.options;
+  const auto executor = stream.get_executor();
+  stream.expires_never();  // the WebSocket has timers of its own
+  WebSocket socket(std::move(stream));
+  socket.set_option(websocket::stream_base::timeout{.handshake_timeout = std::chrono::seconds(options.header_time),
+                                                    .idle_timeout = std::chrono::seconds(options.idle_time),
+                                                    .keep_alive_pings = true});
+  socket.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
+    response.set(beast::http::field::sec_websocket_protocol, kStreamProtocol);
+  }));
+  socket.read_message_max(kMaxMessageBytes);
+  error_code error;
+  co_await socket.async_accept(upgrade, keepError(error));
+  if (error) co_return;
+  beast::get_lowest_layer(socket).socket().set_option(asio::ip::tcp::no_delay(true), error);
+  const auto session = std::make_shared<StreamSession>(std::move(socket), context, volume);
+  session->sayHello();
+  if (context.state.draining) session->goAway();
+  spawnLoop(session, &StreamSession::paint, executor);
+  spawnLoop(session, &StreamSession::write, executor);
+  co_await session->read();
+}
+
+}  // namespace blockwalk
