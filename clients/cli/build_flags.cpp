@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "clients/cli/build_flags.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "clients/cli/flag_values.h"
+#include "clients/cli/usage_error.h"
+
+namespace blockwalk {
+
+void BuildFlags::add(CLI::App& command) {
+  command.add_option("-o,--output", output, "file to write")->required()->type_name("FILE.bwv");
+  command.add_option("--subblock", subblock_side, "side of a subblock in voxels: 4, 8 or 16 (8)")
+      ->check(CLI::IsMember({4, 8, 16}));
+  command.add_option("--block", block_side, "side of a block in subblocks, 1..6 (6)")
+      ->check(CLI::Range(1, kMaxBlockSide));
+  command.add_option("--bins", bins, "cuts of the range masks: auto, uniform or quantile (auto)")
+      ->check(CLI::IsMember({"auto", "uniform", "quantile"}));
+  command.add_option("--empty", empty_threshold, "voxels up to this density are empty (0, or the smallest value)");
+  command.add_option("--memory", memory, "memory to stay within (2GiB)")->type_name("SIZE");
+}
+
+std::uint64_t BuildFlags::memoryBytes() const {
+  constexpr std::uint64_t kLeast = std::uint64_t{64} << 20;
+  const std::uint64_t bytes = parseByteSize("--memory", memory);
+  if (bytes < kLeast) throw UsageError(fmt::format("--memory: {} is less than 64MiB", memory));
+  return bytes;
+}
+
+BuildOptions BuildFlags::options(std::uint64_t memory_bytes) const {
+  if (empty_threshold && !std::isfinite(*empty_threshold)) throw UsageError("--empty: must be finite");
+  BuildOptions result;
+  result.subblock_side = subblock_side;
+  result.block_side = block_side;
+  result.memory_bytes = memory_bytes;
+  result.empty_threshold = empty_threshold;
+  result.mask_bins = bins == "uniform"    ? MaskBins::uniform
+                     : bins == "quantile" ? MaskBins::quantile
+                                          : MaskBins::automatic;
+  return result;
+}
+
+void printBuildReport(const BuildReport& report, const std::filesystem::path& path, double seconds) {
+  const VolumeInfo& info = report.info;
+  const std::uint64_t voxels = static_cast<std::uint64_t>(info.dims.x) * static_cast<std::uint64_t>(info.dims.y) *
+                               static_cast<std::uint64_t>(info.dims.z);
+  const std::uint64_t dense_bytes = voxels * voxelBytes(info.type);
+  const auto percent = [](std::uint64_t part, std::uint64_t whole) {
+    return whole == 0 ? 0.0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
+  };
+  fmt::print("{}: {} x {} x {} voxels of {}, {} levels, {} blocks\n", path.string(), info.dims.x, info.dims.y,
+             info.dims.z, voxelTypeName(info.type), info.levels.size(), info.levels.at(0).block_count);
+  fmt::print("  non-empty voxels   {} ({:.2f} %)\n", info.nonempty_voxels, percent(info.nonempty_voxels, voxels));
+  fmt::print("  level 0 voxels     {}\n", byteText(report.level0_voxel_bytes));
+  fmt::print("  coarser levels     {}\n", byteText(report.coarser_level_bytes));
+  fmt::print("  records and rest   {}\n", byteText(report.overhead_bytes));
+  fmt::print("  file               {} ({:.2f} % of {} dense)\n", byteText(report.file_bytes),
+             percent(report.file_bytes, dense_bytes), byteText(dense_bytes));
+  fmt::print("  not finite         {} voxels\n", info.nonfinite_voxels);
+  fmt::print("  largest rounding   {}\n", info.largest_rounding);
+  fmt::print("  time               {:.2f} s\n", seconds);
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// The flags of everything that makes a .bwv file, and the report at its end.
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "volume/builder.h"
+
+namespace blockwalk {
+
+struct BuildFlags {
+  std::string output;
+  int subblock_side = 8;
+  int block_side = 6;
+  std::string memory = "2GiB";
+  std::string bins = "auto";
+  std::optional<double> empty_threshold;
+
+  void add(CLI::App& command);
+  std::uint64_t memoryBytes() const;
+  // `memory_bytes` is what the builder may take; the rest of --memory is the source's.
+  BuildOptions options(std::uint64_t memory_bytes) const;
+};
+
+// Prints what was built: size, where the bytes went, what conversion changed.
+void printBuildReport(const BuildReport& report, const std::filesystem::path& path, double seconds);
+
+}  // namespace blockwalk

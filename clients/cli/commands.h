@@ -1,0 +1,19 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands of `blockwalk`. Each adds its flags to the app and does its work in the callback; what goes wrong is
+// thrown.
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace blockwalk {
+
+void addDemoCommand(CLI::App& app);
+void addImportCommand(CLI::App& app);
+void addInfoCommand(CLI::App& app);
+void addRenderCommand(CLI::App& app);
+
+// Exit codes: the work failed; the command was used wrongly.
+constexpr int kWorkFailed = 1;
+constexpr int kWrongUsage = 2;
+
+}  // namespace blockwalk

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <chrono>
+#include <memory>
+
+#include "clients/cli/build_flags.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/progress.h"
+#include "volume/demo.h"
+#include "volume/volume.h"
+
+namespace blockwalk {
+namespace {
+
+struct DemoCommand {
+  std::string name;
+  int size = 512;
+  BuildFlags build;
+
+  void run() const {
+    const auto begun = std::chrono::steady_clock::now();
+    BuildOptions options = build.options(build.memoryBytes());
+    const auto source = openDemo(name, size);
+    BuildReport report;
+    {
+      Progress progress;
+      options.progress = [&](std::string_view step, std::uint64_t done, std::uint64_t total) {
+        progress.show(step, done, total);
+      };
+      report = buildVolume(*source, build.output, options);
+    }
+    printBuildReport(report, build.output,
+                     std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
+  }
+};
+
+}  // namespace
+
+void addDemoCommand(CLI::App& app) {
+  auto demo = std::make_shared<DemoCommand>();
+  CLI::App* command = app.add_subcommand("demo", "Make a procedural volume");
+  const auto names = demoNames();
+  command->add_option("NAME", demo->name, "fossil, rock, chip (rgba8); vessels (u8); cells (u16); smoke (f32)")
+      ->required()
+      ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
+  command->add_option("--size", demo->size, "voxels along the longest axis (512)")->check(CLI::Range(1, kMaxDim));
+  demo->build.add(*command);
+  command->callback([demo] { demo->run(); });
+}
+
+}  // namespace blockwalk

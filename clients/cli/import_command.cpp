@@ -1,0 +1,104 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <system_error>
+
+#include "clients/cli/build_flags.h"
+#include "clients/cli/commands.h"
+#include "clients/cli/flag_values.h"
+#include "clients/cli/progress.h"
+#include "clients/cli/usage_error.h"
+#include "volume/import/import.h"
+
+namespace blockwalk {
+namespace {
+
+struct ImportCommand {
+  std::vector<std::string> sources;
+  std::string dims;
+  std::string type;
+  std::string spacing;
+  std::string density = "auto";
+  std::uint64_t skip_bytes = 0;
+  bool big_endian = false;
+  bool verify = false;
+  BuildFlags build;
+
+  ImportOptions importOptions() const {
+    ImportOptions options;
+    if (!dims.empty()) options.dims = parseDims("--dims", dims);
+    if (!type.empty()) options.type = type;
+    if (!spacing.empty()) options.spacing = parseSpacing("--spacing", spacing);
+    options.big_endian = big_endian;
+    options.skip_bytes = skip_bytes;
+    options.density = density == "alpha"       ? DensityRule::alpha
+                      : density == "luminance" ? DensityRule::luminance
+                      : density == "max"       ? DensityRule::max
+                                               : DensityRule::automatic;
+    // Files that a decoder must hold in part get a quarter; the builder gets the rest.
+    options.memory_bytes = build.memoryBytes() / 4;
+    return options;
+  }
+
+  void run() const {
+    const ImportOptions import_options = importOptions();
+    BuildOptions build_options = build.options(build.memoryBytes() - import_options.memory_bytes);
+    const std::vector<std::filesystem::path> paths(sources.begin(), sources.end());
+    for (const auto& path : paths) {
+      std::error_code absent;
+      if (std::filesystem::equivalent(path, build.output, absent)) {
+        throw UsageError(fmt::format("--output: {} is a source of this import", build.output));
+      }
+    }
+    const auto begun = std::chrono::steady_clock::now();
+    BuildReport report;
+    {
+      Progress progress;
+      build_options.progress = [&](std::string_view step, std::uint64_t done, std::uint64_t total) {
+        progress.show(step, done, total);
+      };
+      report = buildVolume(*openSource(paths, import_options), build.output, build_options);
+    }
+    printBuildReport(report, build.output,
+                     std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
+    if (verify) verifyOutput(paths, import_options);
+  }
+
+  void verifyOutput(const std::vector<std::filesystem::path>& paths, const ImportOptions& options) const {
+    std::uint64_t voxels = 0;
+    {
+      Progress progress;
+      voxels = verifyVolume(
+          *openSource(paths, options), build.output,
+          [&](std::string_view step, std::uint64_t done, std::uint64_t total) { progress.show(step, done, total); });
+    }
+    fmt::print("  verified           {} voxels\n", voxels);
+  }
+};
+
+}  // namespace
+
+void addImportCommand(CLI::App& app) {
+  auto import = std::make_shared<ImportCommand>();
+  CLI::App* command = app.add_subcommand("import", "Make a volume from image files");
+  command
+      ->add_option("SOURCE", import->sources,
+                   "NRRD, MetaImage, raw or TIFF file, PNG or TIFF slices, or a folder of slices")
+      ->required();
+  command->add_option("--dims", import->dims, "raw: size in voxels; PNG: size of the slices tiled on one image")
+      ->type_name("XxYxZ");
+  command->add_option("--type", import->type, "raw: type of a voxel")
+      ->check(CLI::IsMember({"u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64", "rgb8", "rgba8"}));
+  command->add_option("--spacing", import->spacing, "world size of a voxel, instead of the file's")->type_name("x,y,z");
+  command->add_flag("--big-endian", import->big_endian, "raw: the highest byte of a number comes first");
+  command->add_option("--skip", import->skip_bytes, "raw: bytes before the first voxel")->type_name("BYTES");
+  command->add_option("--density", import->density, "colour: what becomes density (alpha, else luminance)")
+      ->check(CLI::IsMember({"auto", "alpha", "luminance", "max"}));
+  command->add_flag("--verify", import->verify, "read everything back and compare every voxel");
+  import->build.add(*command);
+  command->callback([import] { import->run(); });
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,110 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/flag_values.h"
+#include "clients/cli/remote.h"
+#include "protocol/volume_json.h"
+#include "volume/file.h"
+
+namespace blockwalk {
+namespace {
+
+using nlohmann::json;
+
+template <typename T>
+std::string joined(const json& values, std::string_view separator) {
+  return fmt::format("{}", fmt::join(values.get<std::vector<T>>(), separator));
+}
+
+// 64 columns of the histogram, each as high as the logarithm of its count: rare values are what ranges are for.
+std::string histogramLine(const json& counts) {
+  constexpr std::array<std::string_view, 9> kBars = {" ", "▁", "▂", "▃", "▄", "▅", "▆", "▇", "█"};
+  constexpr std::size_t kColumns = 64;
+  const auto values = counts.get<std::vector<std::uint64_t>>();
+  std::vector<double> columns(kColumns, 0);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    columns[i * kColumns / values.size()] += static_cast<double>(values[i]);
+  double highest = 0;
+  for (double& column : columns) {
+    column = std::log1p(column);
+    highest = std::max(highest, column);
+  }
+  std::string line;
+  for (const double column : columns) {
+    line += kBars[highest > 0 ? static_cast<std::size_t>(std::ceil(column / highest * 8)) : 0];
+  }
+  return line;
+}
+
+void printTable(const json& volume) {
+  const auto bytes = [&](const char* member) { return byteText(volume.at(member).get<std::uint64_t>()); };
+  const json& histogram = volume.at("histogram");
+  fmt::print("name              {}\n", volume.at("name").get<std::string>());
+  fmt::print("size              {} voxels of {}\n", joined<int>(volume.at("dims"), " x "),
+             volume.at("type").get<std::string>());
+  fmt::print("spacing           {}\n", joined<double>(volume.at("spacing"), " x "));
+  fmt::print("world box         {}\n", joined<double>(volume.at("world_box"), " "));
+  fmt::print("density           {} (empty up to {})\n", joined<double>(volume.at("density_range"), " .. "),
+             volume.at("empty_threshold").get<double>());
+  fmt::print("non-empty         {} voxels ({:.2f} %)\n", volume.at("nonempty_voxels").get<std::uint64_t>(),
+             100 * volume.at("nonempty_share").get<double>());
+  fmt::print("blocks            {} subblocks of {} voxels a side\n", volume.at("block_side").get<int>(),
+             volume.at("subblock_side").get<int>());
+  fmt::print("stored            {} of {} dense, file {}\n", bytes("stored_bytes"), bytes("dense_bytes"),
+             bytes("file_bytes"));
+  fmt::print("mask cuts         {}\n", joined<double>(volume.at("bin_cuts"), " "));
+  fmt::print("not finite        {} voxels, largest rounding {}\n", volume.at("nonfinite_voxels").get<std::uint64_t>(),
+             volume.at("largest_rounding").get<double>());
+  fmt::print("histogram         {} .. {}\n  {}\n", histogram.at("lo").get<double>(), histogram.at("hi").get<double>(),
+             histogramLine(histogram.at("counts")));
+  fmt::print("\nlevel  size                   blocks    subblocks       stored\n");
+  for (const json& level : volume.at("levels")) {
+    fmt::print("{:>5}  {:<18} {:>10} {:>12} {:>12}\n", level.at("level").get<int>(),
+               joined<int>(level.at("dims"), " x "), level.at("blocks").get<std::uint64_t>(),
+               level.at("subblocks").get<std::uint64_t>(), byteText(level.at("stored_bytes").get<std::uint64_t>()));
+  }
+}
+
+struct InfoCommand {
+  std::string source;
+  bool as_json = false;
+
+  json describe() const {
+    if (isUrl(source)) return fetchVolume(parseVolumeUrl(source));
+    const VolumeFile file(source);
+    return volumeJson(file.info(), file.fileBytes());
+  }
+
+  void run() const {
+    const json volume = describe();
+    if (as_json) {
+      fmt::print("{}\n", volume.dump(2));
+      return;
+    }
+    try {
+      printTable(volume);
+    } catch (const json::exception& error) {
+      throw std::runtime_error(fmt::format("{}: the server describes the volume otherwise: {}", source, error.what()));
+    }
+  }
+};
+
+}  // namespace
+
+void addInfoCommand(CLI::App& app) {
+  auto info = std::make_shared<InfoCommand>();
+  CLI::App* command = app.add_subcommand("info", "Say what a volume is");
+  command->add_option("FILE|URL", info->source, "a .bwv file, or http://HOST:PORT/ID")->required();
+  command->add_flag("--json", info->as_json, "everything, as JSON");
+  command->callback([info] { info->run(); });
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <CLI/CLI.hpp>
+#include <exception>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/usage_error.h"
+#include "renderer/view.h"
+
+int main(int argc, char** argv) {
+  CLI::App app{"Blockwalk: sparse volumes, imported, inspected and rendered.", "blockwalk"};
+  app.set_version_flag("--version", BLOCKWALK_VERSION);
+  app.require_subcommand(1);
+  app.footer("Exit codes: 0 done, 1 the work failed, 2 wrong usage.");
+  blockwalk::addDemoCommand(app);
+  blockwalk::addImportCommand(app);
+  blockwalk::addInfoCommand(app);
+  blockwalk::addRenderCommand(app);
+  try {
+    app.parse(argc, argv);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : blockwalk::kWrongUsage;
+  } catch (const blockwalk::UsageError& error) {
+    fmt::print(stderr, "blockwalk: {}\n", error.what());
+    return blockwalk::kWrongUsage;
+  } catch (const blockwalk::ViewError& error) {
+    fmt::print(stderr, "blockwalk: --{}: {}\n", error.field, error.what());
+    return blockwalk::kWrongUsage;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "blockwalk: {}\n", error.what());
+    return blockwalk::kWorkFailed;
+  }
+}

@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <chrono>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "clients/cli/commands.h"
+#include "clients/cli/output_file.h"
+#include "clients/cli/remote.h"
+#include "clients/cli/usage_error.h"
+#include "protocol/image_codec.h"
+#include "protocol/render_json.h"
+#include "protocol/view_fields.h"
+#include "renderer/renderer.h"
+
+namespace blockwalk {
+namespace {
+
+// What one frame of a series took; device time is known for local frames alone.
+struct FrameTimes {
+  std::vector<double> gpu_ms;
+  std::vector<double> total_ms;
+};
+
+void printTimes(std::string_view name, std::vector<double> times) {
+  if (times.empty()) return;
+  std::sort(times.begin(), times.end());
+  const std::size_t middle = times.size() / 2;
+  const double median = times.size() % 2 == 1 ? times[middle] : (times[middle - 1] + times[middle]) / 2;
+  fmt::print("{:<9} min {:.3f}  median {:.3f}  max {:.3f} ms\n", name, times.front(), median, times.back());
+}
+
+struct RenderCommand {
+  std::string source;
+  std::string output;
+  std::string stats_file;
+  std::vector<std::pair<std::string, CLI::Option*>> view_flags;
+  int repeat = 1;
+  std::string device;
+  bool no_ray_query = false;
+  bool validation = false;
+  int chunk_mib = 256;
+  std::vector<CLI::Option*> local_flags;
+
+  ImageRequest request() const {
+    ImageRequest result;
+    std::vector<std::pair<std::string, std::string>> given;
+    for (const auto& [name, flag] : view_flags) {
+      for (const std::string& text : flag->results()) given.emplace_back(name, text);
+    }
+    setViewFields(result, given);
+    const bool format_given =
+        std::any_of(given.begin(), given.end(), [](const auto& pair) { return pair.first == "format"; });
+    if (!format_given) result.format = formatOfSuffix();
+    return result;
+  }
+
+  ImageFormat formatOfSuffix() const {
+    std::string suffix = std::filesystem::path(output).extension().string();
+    std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+    if (suffix == ".png") return ImageFormat::png;
+    if (suffix == ".jpg" || suffix == ".jpeg") return ImageFormat::jpeg;
+    if (suffix == ".raw" || suffix == ".rgba") return ImageFormat::raw;
+    throw UsageError(fmt::format("--output: '{}' ends on none of .png .jpg .jpeg .raw; name a --format", output));
+  }
+
+  void run() const {
+    const ImageRequest wanted = request();
+    FrameTimes times;
+    const auto [image, stats] = isUrl(source) ? renderRemote(wanted, times) : renderLocal(wanted, times);
+    writeOutputFile(output, image);
+    if (!stats_file.empty()) {
+      const std::string text = stats.dump(2) + "\n";
+      writeOutputFile(stats_file, std::as_bytes(std::span(text)));
+    }
+    if (repeat > 1) {
+      printTimes("gpu_ms", times.gpu_ms);
+      printTimes("total_ms", times.total_ms);
+    }
+  }
+
+  std::pair<std::vector<std::byte>, nlohmann::json> renderLocal(const ImageRequest& wanted, FrameTimes& times) const {
+    DeviceOptions options;
+    options.device = device;
+    options.allow_ray_query = !no_ray_query;
+    options.validation = validation;
+    options.chunk_bytes = static_cast<std::uint64_t>(chunk_mib) << 20;
+    options.on_message = [](const std::string& message) { fmt::print(stderr, "blockwalk: {}\n", message); };
+    VolumeFile file(source);
+    const auto renderer = createRenderer(options);
+    const auto volume = renderer->load(std::move(file));
+    Frame frame;
+    for (int i = 0; i < repeat; ++i) {
+      frame = renderer->render(*volume, wanted.view, RenderOptions{});
+      times.gpu_ms.push_back(frame.stats.gpu_ms);
+      times.total_ms.push_back(frame.stats.total_ms);
+    }
+    return {encodeImage(frame, wanted.format, wanted.quality), statsJson(frame.stats)};
+  }
+
+  std::pair<std::vector<std::byte>, nlohmann::json> renderRemote(const ImageRequest& wanted, FrameTimes& times) const {
+    for (const CLI::Option* flag : local_flags) {
+      if (flag->count() > 0) throw UsageError(fmt::format("{}: the server at {} chose that", flag->get_name(), source));
+    }
+    const RemoteVolume volume = parseVolumeUrl(source);
+    RemoteImage image;
+    for (int i = 0; i < repeat; ++i) {
+      const auto begun = std::chrono::steady_clock::now();
+      image = fetchImage(volume, viewQuery(wanted));
+      times.total_ms.push_back(
+          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count());
+    }
+    auto stats = nlohmann::json::parse(image.stats, nullptr, false);
+    if (!stats_file.empty() && !stats.is_object()) throw std::runtime_error(source + ": the server sent no stats");
+    return {std::move(image.bytes), std::move(stats)};
+  }
+};
+
+}  // namespace
+
+void addRenderCommand(CLI::App& app) {
+  auto render = std::make_shared<RenderCommand>();
+  CLI::App* command = app.add_subcommand("render", "Draw a volume into an image file");
+  command->add_option("FILE|URL", render->source, "a .bwv file, or http://HOST:PORT/ID")->required();
+  command->add_option("-o,--output", render->output, "image to write: .png, .jpg or .raw")
+      ->required()
+      ->type_name("IMAGE");
+  command->add_option("--stats", render->stats_file, "write the frame's counters and times")->type_name("FILE.json");
+  command->add_option("--repeat", render->repeat, "draw this often and print times (1)")->check(CLI::Range(1, 100000));
+  for (const ViewField& field : viewFields()) {
+    CLI::Option* flag = command->add_option("--" + std::string(field.name))->group("View");
+    flag->description(std::string(field.help))->type_name(std::string(field.value));
+    render->view_flags.emplace_back(field.name, flag);
+  }
+  render->local_flags = {
+      command->add_option("--device", render->device, "part of a device's name, or its index")->group("Device"),
+      command->add_flag("--no-ray-query", render->no_ray_query, "do without ray queries")->group("Device"),
+      command->add_flag("--validation", render->validation, "check every Vulkan call")->group("Device"),
+      command->add_option("--chunk-mib", render->chunk_mib, "voxels a device allocation, in MiB (256)")
+          ->check(CLI::Range(1, 65536))
+          ->group("Device")};
+  command->callback([render] { render->run(); });
+}
+
+}  // namespace blockwalk
