@@ -1,26 +1,26 @@
 // SPDX-License-Identifier: Apache-2.0
 // The resident blocks: where they lie, whether the range can see them, who their neighbours are.
 
-#define blockAt(index) BlockArray(frame.blocks).at[index]
+#define blockAt(index) BlockArray(scene.blocks).at[index]
 
-vec3 blockCorner(uint block) { return vec3(blockAt(block).origin - frame.anchor); }
+vec3 blockCorner(uint block) { return vec3(blockAt(block).origin) - scene.anchor; }
 
 vec2 blockInterval(Ray ray, uint block) { return cubeInterval(ray, blockCorner(block), float(kBlockVoxels)); }
 
 // The mask is eight bits of the truth; the minimum and maximum decide (Derin et al. 2021, 2.3).
 bool blockMeetsRange(uint block) {
-  return blockAt(block).density_max >= frame.density_lo && blockAt(block).density_min <= frame.density_hi;
+  return blockAt(block).density_max >= scene.density_lo && blockAt(block).density_min <= scene.density_hi;
 }
 
 bool blockIsCulled(uint block) {
-  return kCull && ((blockAt(block).range_mask & frame.range_mask) == 0u || !blockMeetsRange(block));
+  return kCull && ((blockAt(block).range_mask & scene.range_mask) == 0u || !blockMeetsRange(block));
 }
 
 bool subblockIsCulled(uint subblock) {
   if (!kCull) return false;
-  GpuSubblock record = SubblockArray(frame.subblocks).at[subblock];
-  return (record.range_mask & frame.range_mask) == 0u || record.density_max < frame.density_lo ||
-         record.density_min > frame.density_hi;
+  GpuSubblock record = SubblockArray(scene.subblocks).at[subblock];
+  return (record.range_mask & scene.range_mask) == 0u || record.density_max < scene.density_lo ||
+         record.density_min > scene.density_hi;
 }
 
 // Block walking (Derin et al. 2021, 2.2): the block behind the face through which the ray leaves, or kNone.

@@ -2,27 +2,34 @@
 // Finders: the first block at or after ray parameter t that the ray crosses with positive length, or kNone.
 
 // Hierarchical DDA over block occupancy: tiles of 8^3 blocks, then the blocks of a tile.
+uint findInTile(Ray ray, uint tile, vec3 corner, float t_begin, float t_end, inout Work work) {
+  const vec3 count = vec3(kGridTileSide);
+  Dda cells = enterDda(ray, corner, float(kBlockVoxels), count, t_begin);
+  for (int i = 0; i <= 3 * kGridTileSide; ++i) {
+    uint block = UintArray(scene.grid_cells).at[tile * 512u + uint(cells.index)];
+    if (block != kNone && cells.t_exit > cells.t && !blockIsCulled(block)) return block;
+    if (cells.t_exit >= t_end) return kNone;
+    stepDda(ray, float(kBlockVoxels), latticeStrides(count), cells);
+  }
+  work.loop_bound_hits += 1u;
+  return kNone;
+}
+
 uint findByGrid(Ray ray, float t, inout Work work) {
   const float tile_voxels = float(kGridTileSide * kBlockVoxels);
-  vec3 corner = vec3(-frame.anchor);
-  Dda tiles = enterDda(ray, corner, tile_voxels, frame.tile_dims, t);
-  int tile_bound = frame.tile_dims.x + frame.tile_dims.y + frame.tile_dims.z;
-  for (int i = 0; i <= tile_bound; ++i) {
-    ivec3 tile_cell = tiles.cell;
-    if (!insideLattice(tile_cell, frame.tile_dims) || tiles.t >= ray.t_max) return kNone;
-    uint tile = UintArray(frame.grid_tiles)
-                    .at[uint(tile_cell.x + frame.tile_dims.x * (tile_cell.y + frame.tile_dims.y * tile_cell.z))];
-    if (tile != kNone && tiles.t_exit > tiles.t) {
-      Dda cells = enterDda(ray, corner + vec3(tile_cell) * tile_voxels, float(kBlockVoxels), ivec3(kGridTileSide), tiles.t);
-      for (int j = 0; j <= 3 * kGridTileSide; ++j) {
-        if (!insideLattice(cells.cell, ivec3(kGridTileSide)) || cells.t >= ray.t_max) break;
-        uint local = uint(cells.cell.x + kGridTileSide * (cells.cell.y + kGridTileSide * cells.cell.z));
-        uint block = UintArray(frame.grid_cells).at[tile * 512u + local];
-        if (block != kNone && cells.t_exit > cells.t && !blockIsCulled(block)) return block;
-        stepDda(ray, float(kBlockVoxels), cells);
-      }
+  vec3 count = vec3(scene.tile_dims);
+  Dda tiles = enterDda(ray, -scene.anchor, tile_voxels, count, t);
+  int bound = scene.tile_dims.x + scene.tile_dims.y + scene.tile_dims.z;
+  for (int i = 0; i <= bound; ++i) {
+    uint tile = UintArray(scene.grid_tiles).at[uint(tiles.index)];
+    float t_end = min(tiles.t_exit, ray.t_max);
+    if (tile != kNone && t_end > tiles.t) {
+      vec3 corner = tiles.far - tile_voxels * ray.forward;
+      uint block = findInTile(ray, tile, corner, tiles.t, t_end, work);
+      if (block != kNone) return block;
     }
-    stepDda(ray, tile_voxels, tiles);
+    if (tiles.t_exit >= ray.t_max) return kNone;
+    stepDda(ray, tile_voxels, latticeStrides(count), tiles);
   }
   work.loop_bound_hits += 1u;
   return kNone;
@@ -35,9 +42,9 @@ uint findByQuery(Ray ray, float t, inout Work work) {
   float t_start = max(ray.t_min, ray.t_eye);
   float slack = 1e-3 * float(kBlockVoxels) * min3(abs(ray.inverse));
   float t_query = max(t - t_start - slack, 0.0);
-  vec3 origin = ray.origin + ray.dir * t_start + vec3(frame.anchor);
+  vec3 origin = ray.origin + ray.dir * t_start + scene.anchor;
   rayQueryEXT query;
-  rayQueryInitializeEXT(query, instances, gl_RayFlagsNoneEXT, kCull ? frame.range_mask : 0xffu, origin,
+  rayQueryInitializeEXT(query, instances, gl_RayFlagsNoneEXT, kCull ? scene.range_mask : 0xffu, origin,
                         t_query, ray.dir, ray.t_max - t_start + slack);
   float best = ray.t_max;
   uint found = kNone;

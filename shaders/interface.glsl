@@ -50,6 +50,44 @@ layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
 
 #define frame Frame(push.frame).params
 
+// What the loops need of the frame, read once: a load by address inside a loop costs more than the arithmetic around it
+// (on lavapipe it is one load a lane).
+struct Scene {
+  uint64_t blocks;
+  uint64_t subblocks;
+  uint64_t grid_tiles;
+  uint64_t grid_cells;
+  uint64_t table;
+  vec3 anchor;
+  ivec3 tile_dims;
+  float density_lo;
+  float density_hi;
+  uint range_mask;
+  float extinction_scale;
+  float table_offset;
+  float table_scale;
+  uint table_last;
+};
+
+Scene scene;
+
+void loadScene() {
+  scene.blocks = frame.blocks;
+  scene.subblocks = frame.subblocks;
+  scene.grid_tiles = frame.grid_tiles;
+  scene.grid_cells = frame.grid_cells;
+  scene.table = frame.table;
+  scene.anchor = vec3(frame.anchor);
+  scene.tile_dims = frame.tile_dims;
+  scene.density_lo = frame.density_lo;
+  scene.density_hi = frame.density_hi;
+  scene.range_mask = frame.range_mask;
+  scene.extinction_scale = frame.extinction_scale;
+  scene.table_offset = frame.table_offset;
+  scene.table_scale = frame.table_scale;
+  scene.table_last = frame.table_last;
+}
+
 // What one ray has done; summed over the frame when kCount is on.
 struct Work {
   uint queries;

@@ -71,41 +71,41 @@ Ray makeRay(ivec2 pixel) {
 
 // Amanatides & Woo's walk through a lattice of count^3 cubes of `side` voxels, on planes instead of sums.
 struct Dda {
-  vec3 far;    // the planes at which the current cell ends
-  ivec3 cell;  // in the lattice
-  float t;     // where the current cell begins
+  vec3 far;     // the planes at which the current cell ends
+  vec3 t_far;   // planeT(far)
+  float index;  // of the current cell, x fastest; a whole number below 2^24
+  float t;      // where the current cell begins
   float t_exit;
 };
 
+// Index steps of a lattice of `count` cells.
+vec3 latticeStrides(vec3 count) { return vec3(1.0, count.x, count.x * count.y); }
+
 // `t` lies inside the lattice: the cell along each axis is the one with planeT(near) <= t < planeT(far).
-Dda enterDda(Ray ray, vec3 corner, float side, ivec3 count, float t) {
-  vec3 guess = floor((ray.origin + ray.dir * t - corner) / side);
-  guess = clamp(guess, vec3(0.0), vec3(count - 1));
-  vec3 step = side * (2.0 * ray.forward - 1.0);
+Dda enterDda(Ray ray, vec3 corner, float side, vec3 count, float t) {
+  vec3 direction = 2.0 * ray.forward - 1.0;
+  vec3 guess = clamp(floor((ray.origin + ray.dir * t - corner) * (1.0 / side)), vec3(0.0), count - 1.0);
   vec3 far = corner + side * (guess + ray.forward);
   // The guess may be off by rounding, or by clamping at the lattice's end: one cell at most.
-  vec3 behind = mix(vec3(0.0), vec3(1.0), greaterThan(planeT(ray, far - step), vec3(t)));
+  vec3 behind = mix(vec3(0.0), vec3(1.0), greaterThan(planeT(ray, far - side * direction), vec3(t)));
   vec3 ahead = mix(vec3(0.0), vec3(1.0), lessThanEqual(planeT(ray, far), vec3(t)));
-  vec3 shift = (ahead - behind) * (2.0 * ray.forward - 1.0);
+  vec3 cell = clamp(guess + (ahead - behind) * direction, vec3(0.0), count - 1.0);
   Dda dda;
-  vec3 cell = clamp(guess + shift, vec3(0.0), vec3(count - 1));
-  dda.cell = ivec3(cell);
   dda.far = corner + side * (cell + ray.forward);
+  dda.t_far = planeT(ray, dda.far);
+  dda.index = dot(cell, latticeStrides(count));
   dda.t = t;
-  dda.t_exit = min3(planeT(ray, dda.far));
+  dda.t_exit = min3(dda.t_far);
   return dda;
 }
 
-// To the next cell with the planes crossed at t_exit; several at once on an edge or corner.
-void stepDda(Ray ray, float side, inout Dda dda) {
-  vec3 crossed = mix(vec3(0.0), vec3(1.0), lessThanEqual(planeT(ray, dda.far), vec3(dda.t_exit)));
-  vec3 shift = crossed * (2.0 * ray.forward - 1.0);
-  dda.cell += ivec3(shift);
+// To the next cell through the planes crossed at t_exit; several at once on an edge or corner. The caller stops where
+// t_exit reaches the end of the lattice, whose far planes are planes of the last cells: the index never leaves it.
+void stepDda(Ray ray, float side, vec3 strides, inout Dda dda) {
+  vec3 shift = mix(vec3(0.0), 2.0 * ray.forward - 1.0, lessThanEqual(dda.t_far, vec3(dda.t_exit)));
+  dda.index += dot(shift, strides);
   dda.far += side * shift;
+  dda.t_far = planeT(ray, dda.far);
   dda.t = dda.t_exit;
-  dda.t_exit = min3(planeT(ray, dda.far));
-}
-
-bool insideLattice(ivec3 cell, ivec3 count) {
-  return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, count));
+  dda.t_exit = min3(dda.t_far);
 }

@@ -78,6 +78,7 @@ void main() {
   ivec2 in_band = ivec2(gl_WorkGroupID.xy) * kGroupSide + local;
   if (in_band.x >= frame.size.x || in_band.y >= push.row_count) return;
 
+  loadScene();
   Ray ray = makeRay(in_band + ivec2(0, push.row_begin));
   Ink ink = Ink(vec3(0.0), 1.0, ivec3(-1), 0.0, false);
   Work work = Work(0u, 0u, 0u, 0u, 0u);
