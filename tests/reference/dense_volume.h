@@ -19,6 +19,7 @@ struct BlockRange {
   bool stored = false;
   float density_min = 0;
   float density_max = 0;
+  bool operator==(const BlockRange&) const = default;
 };
 
 struct Extent {

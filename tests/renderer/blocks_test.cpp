@@ -2,6 +2,8 @@
 // What blocks must not change, and what walking and culling must save.
 #include <gtest/gtest.h>
 
+#include <span>
+
 #include "tests/renderer/compare.h"
 #include "tests/renderer/scenes.h"
 #include "tests/renderer/synthetic.h"
@@ -20,19 +22,18 @@ BuildOptions sides(int subblock, int block) {
 
 class BlocksTest : public RendererTest {
  protected:
-  static void expectSameForEveryBlock(Source& source) {
+  static void expectSameForBlocks(Source& source, std::span<const glm::ivec2> all_sides) {
     Scene first = makeScene(source);
     const std::vector<View> all = randomViews(first.info, first.dense(0), 21);
-    for (const auto& [subblock, block] :
-         {std::pair{4, 1}, {4, 2}, {4, 6}, {8, 1}, {8, 3}, {8, 5}, {16, 1}, {16, 4}, {16, 6}}) {
-      Scene other = makeScene(source, sides(subblock, block));
-      ASSERT_EQ(other.info.blockVoxels(), subblock * block);
-      for (std::size_t i : {0u, 3u, 6u, 10u, 13u, 19u}) {
+    for (const glm::ivec2& side : all_sides) {
+      Scene other = makeScene(source, sides(side.x, side.y));
+      ASSERT_EQ(other.info.blockVoxels(), side.x * side.y);
+      for (std::size_t i : {0u, 3u, 6u, 10u, 12u, 19u}) {
         for (Mode mode : {Mode::blend, Mode::first_hit}) {
           View view = all[i];
           view.mode = mode;
           const ImageError error = compareImages(draw(other, view), draw(first, view));
-          EXPECT_LE(error.largest, 1) << "subblocks " << subblock << ", blocks " << block << ": " << error.worst
+          EXPECT_LE(error.largest, 1) << "subblocks " << side.x << ", blocks " << side.y << ": " << error.worst
                                       << "\n  view " << toString(view);
         }
       }
@@ -40,13 +41,17 @@ class BlocksTest : public RendererTest {
   }
 };
 
+constexpr glm::ivec2 kManySides[] = {{4, 1}, {8, 2}, {16, 3}, {4, 4}, {8, 5}, {16, 6}};
+constexpr glm::ivec2 kFewSides[] = {{4, 5}, {16, 2}};
+
 TEST_F(BlocksTest, ColourImageDoesNotDependOnThem) {
-  expectSameForEveryBlock(*makeSynthetic({.type = VoxelType::rgba8, .dims = {70, 64, 57}}));
+  expectSameForBlocks(*makeSynthetic({.type = VoxelType::rgba8, .dims = {70, 64, 57}}), kManySides);
 }
 
 TEST_F(BlocksTest, ScalarImageDoesNotDependOnThem) {
-  expectSameForEveryBlock(
-      *makeSynthetic({.type = VoxelType::u16, .dims = {40, 66, 51}, .seed = 5, .world_from_index = obliqueMap(true)}));
+  expectSameForBlocks(
+      *makeSynthetic({.type = VoxelType::u16, .dims = {40, 66, 51}, .seed = 5, .world_from_index = obliqueMap(true)}),
+      kFewSides);
 }
 
 // Range open, seen from outside: what the paper's figure 9 counts.

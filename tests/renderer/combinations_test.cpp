@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Every finder, with and without walking and culling, gives the same image: they only skip what contributes nothing.
+// truth_test.cpp says the same of mode `blocks`.
 #include "tests/renderer/compare.h"
 #include "tests/renderer/scenes.h"
 #include "tests/renderer/views.h"
@@ -12,7 +13,7 @@ using CombinationsTest = SceneTest;
 TEST_P(CombinationsTest, GiveTheSameImage) {
   const std::vector<Combination> combinations = RendererTest::combinations();
   for (const View& base : randomViews(scene().info, scene().dense(0), 11)) {
-    for (Mode mode : {Mode::blend, Mode::first_hit, Mode::blocks}) {
+    for (Mode mode : {Mode::blend, Mode::first_hit}) {
       View view = base;
       view.mode = mode;
       const Frame first = draw(scene(), with(view, combinations.front()));

@@ -58,12 +58,14 @@ void ImageError::add(const ImageError& other) {
   largest = std::max(largest, other.largest);
   squared += other.squared;
   channels += other.channels;
+  drawn += other.drawn;
   skipped += other.skipped;
 }
 
 void ProbeError::add(const ProbeError& other) {
   if (worst.empty() || (unexcused == 0 && other.unexcused > 0)) worst = other.worst;
   pixels += other.pixels;
+  met += other.met;
   wrong += other.wrong;
   unexcused += other.unexcused;
 }
@@ -77,15 +79,18 @@ ImageError compareImages(const Frame& a, const Frame& b) {
   return error;
 }
 
-ImageError compareToReference(const Frame& frame, const reference::Image& expected) {
+ImageError compareToReference(const Frame& frame, const reference::Image& expected,
+                              const std::array<std::uint8_t, 4>& background) {
   BLOCKWALK_CHECK(frame.pixels.size(), ==, expected.pixels.size());
   ImageError error;
   forEachPixel(frame.width, frame.height, [&](std::size_t at, int x, int y) {
     const reference::Pixel& pixel = expected.pixels[at];
+    const std::array<std::uint8_t, 4> color = reference::roundColor(pixel.color);
+    error.drawn += color != background ? 1 : 0;
     if (pixel.face_distance < kNearEdge) {
       ++error.skipped;
     } else {
-      addPixel(error, x, y, unpack(frame.pixels[at]), reference::roundColor(pixel.color));
+      addPixel(error, x, y, unpack(frame.pixels[at]), color);
     }
   });
   return error;
@@ -93,10 +98,12 @@ ImageError compareToReference(const Frame& frame, const reference::Image& expect
 
 ProbeError compareHits(const Frame& frame, const reference::Image& expected, double voxels_per_world) {
   BLOCKWALK_CHECK(frame.probes.size(), ==, expected.pixels.size());
-  ProbeError error{.pixels = expected.pixels.size()};
+  ProbeError error;
+  error.pixels = expected.pixels.size();
   forEachPixel(frame.width, frame.height, [&](std::size_t at, int x, int y) {
     const reference::Pixel& pixel = expected.pixels[at];
     const Probe& probe = frame.probes[at];
+    error.met += pixel.voxel.x >= 0 ? 1 : 0;
     const bool same_voxel = glm::ivec3(probe.x, probe.y, probe.z) == pixel.voxel;
     const double t_error = same_voxel && pixel.voxel.x >= 0 ? std::abs(static_cast<double>(probe.t) - pixel.t) : 0;
     // A float holds t to 6e-8 of itself.
@@ -113,9 +120,11 @@ ProbeError compareHits(const Frame& frame, const reference::Image& expected, dou
 
 ProbeError compareBlocks(const Frame& frame, const reference::Image& expected) {
   BLOCKWALK_CHECK(frame.probes.size(), ==, expected.pixels.size());
-  ProbeError error{.pixels = expected.pixels.size()};
+  ProbeError error;
+  error.pixels = expected.pixels.size();
   forEachPixel(frame.width, frame.height, [&](std::size_t at, int x, int y) {
     const reference::Pixel& pixel = expected.pixels[at];
+    error.met += pixel.blocks > 0 ? 1 : 0;
     if (frame.probes[at].blocks == pixel.blocks) return;
     addWrong(error, pixel.edge_distance < kNearEdge || pixel.face_distance < kNearEdge,
              fmt::format("pixel ({},{}): {} blocks against {}, {:.3g} voxels from a block's edge", x, y,

@@ -2,6 +2,7 @@
 // How far images, hits and block counts are apart, and a sentence about where it is worst.
 #pragma once
 
+#include <array>
 #include <string>
 
 #include "renderer/renderer.h"
@@ -16,6 +17,7 @@ struct ImageError {
   int largest = 0;     // of any channel, 8-bit steps
   double squared = 0;  // sum over the pixels and channels compared
   std::size_t channels = 0;
+  std::size_t drawn = 0;    // pixels that are not the background
   std::size_t skipped = 0;  // pixels whose ray runs in a plane of faces
   std::string worst{};      // pixel and both colours
 
@@ -26,10 +28,12 @@ struct ImageError {
 ImageError compareImages(const Frame& a, const Frame& b);
 
 // Against the rounded reference. The colour of a pixel that neither side covers at all is nobody's.
-ImageError compareToReference(const Frame& frame, const reference::Image& expected);
+ImageError compareToReference(const Frame& frame, const reference::Image& expected,
+                              const std::array<std::uint8_t, 4>& background);
 
 struct ProbeError {
   std::size_t pixels = 0;
+  std::size_t met = 0;        // something is hit or crossed
   std::size_t wrong = 0;      // another voxel, or another count
   std::size_t unexcused = 0;  // wrong though the ray is nowhere within kNearEdge of an edge
   std::string worst{};        // first unexcused, else first wrong

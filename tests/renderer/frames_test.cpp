@@ -114,7 +114,8 @@ TEST_F(FramesTest, ExtremeSizesAreDrawn) {
     View view = viewOf(scene.info);
     view.width = width;
     view.height = height;
-    const ImageError error = compareToReference(draw(scene, view), reference::renderImage(scene.dense(0), view));
+    const ImageError error =
+        compareToReference(draw(scene, view), reference::renderImage(scene.dense(0), view), view.background);
     EXPECT_LE(error.largest, 2) << width << 'x' << height << ": " << error.worst;
   }
 }

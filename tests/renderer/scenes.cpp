@@ -30,6 +30,8 @@ ImportOptions tiles(glm::ivec3 dims) {
 
 }  // namespace
 
+std::ostream& operator<<(std::ostream& out, const SceneCase& scene_case) { return out << scene_case.name; }
+
 std::vector<SceneCase> allScenes() {
   return {
       synthetic("rgba8", {.type = VoxelType::rgba8, .dims = {70, 64, 57}}),

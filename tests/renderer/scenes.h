@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,9 @@ struct SceneCase {
   std::string real_file;  // below the data folder; empty for what needs none
   std::function<std::unique_ptr<Source>()> open;
 };
+
+// For gtest's messages.
+std::ostream& operator<<(std::ostream& out, const SceneCase& scene_case);
 
 std::vector<SceneCase> allScenes();
 

@@ -82,7 +82,9 @@ class Synthetic : public Source {
         break;
       }
       case VoxelType::f32: {
-        float value = static_cast<float>(density) / 256 + static_cast<float>(noise % 1024) / 262144 * (density > 0);
+        // Far above the empty 0, so that a coarser level's averages lie below the smallest density of level 0.
+        float value =
+            density == 0 ? 0.0f : 0.5f + static_cast<float>(density) / 256 + static_cast<float>(noise % 1024) / 262144;
         if (density > 0 && noise % 50 == 0) value = std::numeric_limits<float>::quiet_NaN();
         if (density > 0 && noise % 50 == 1) value = std::numeric_limits<float>::infinity();
         std::memcpy(out, &value, sizeof value);

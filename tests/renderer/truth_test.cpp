@@ -3,6 +3,7 @@
 #include "tests/renderer/compare.h"
 #include "tests/renderer/scenes.h"
 #include "tests/renderer/views.h"
+#include "volume/voxel.h"
 
 namespace blockwalk::test {
 namespace {
@@ -21,16 +22,16 @@ class TruthTest : public SceneTest {
     const Finder plain = renderer().device().ray_query ? Finder::query : Finder::grid;
     return {Combination{}, {.finder = plain, .walk = false, .cull = false}};
   }
-  std::vector<View> views() { return randomViews(scene().info, scene().dense(0), 12); }
+  std::vector<View> views(const reference::DenseVolume& dense) { return randomViews(scene().info, dense, 12); }
 };
 
 TEST_P(TruthTest, BlendIsWithinTwoSteps) {
   const reference::DenseVolume dense = scene().dense(0);
   ImageError total;
-  for (const View& view : views()) {
+  for (const View& view : views(dense)) {
     const reference::Image expected = reference::renderImage(dense, view);
     for (const Combination& choice : choices()) {
-      const ImageError error = compareToReference(draw(scene(), with(view, choice)), expected);
+      const ImageError error = compareToReference(draw(scene(), with(view, choice)), expected, view.background);
       EXPECT_LE(error.largest, kLargestError)
           << toString(choice) << ": " << error.worst << "\n  view " << toString(view);
       EXPECT_GE(error.psnr(), kLeastPsnr) << toString(choice) << "\n  view " << toString(view);
@@ -38,6 +39,7 @@ TEST_P(TruthTest, BlendIsWithinTwoSteps) {
       total.add(error);
     }
   }
+  EXPECT_GT(total.drawn * 10, total.channels / 4) << "too little to see";
   std::printf("largest error %d, PSNR %.1f dB\n", total.largest, total.psnr());
 }
 
@@ -45,7 +47,7 @@ TEST_P(TruthTest, FirstHitIsTheFirstVoxel) {
   const reference::DenseVolume dense = scene().dense(0);
   ProbeError total;
   ImageError colors;
-  for (View view : views()) {
+  for (View view : views(dense)) {
     view.mode = Mode::first_hit;
     const reference::Image expected = reference::renderImage(dense, view);
     for (const Combination& choice : choices()) {
@@ -53,9 +55,10 @@ TEST_P(TruthTest, FirstHitIsTheFirstVoxel) {
       const ProbeError error = compareHits(frame, expected, voxelsPerWorld(scene().info));
       EXPECT_EQ(error.unexcused, 0u) << toString(choice) << ": " << error.worst << "\n  view " << toString(view);
       total.add(error);
-      if (error.wrong == 0) colors.add(compareToReference(frame, expected));
+      if (error.wrong == 0) colors.add(compareToReference(frame, expected, view.background));
     }
   }
+  EXPECT_GT(total.met * 10, total.pixels) << "too little to hit";
   EXPECT_LE(total.wrong * kPixelsPerOtherHit, total.pixels) << total.worst;
   EXPECT_LE(colors.largest, 1) << colors.worst;
   EXPECT_GT(colors.channels, 0u);
@@ -65,28 +68,32 @@ TEST_P(TruthTest, FirstHitIsTheFirstVoxel) {
 TEST_P(TruthTest, BlocksAreCounted) {
   const reference::DenseVolume dense = scene().dense(0);
   ProbeError total;
-  for (View view : views()) {
+  for (View view : views(dense)) {
     view.mode = Mode::blocks;
     const reference::Image expected = reference::renderImage(dense, view);
+    const Frame first = draw(scene(), with(view, combinations().front()));
     for (const Combination& choice : combinations()) {
-      const ProbeError error = compareBlocks(draw(scene(), with(view, choice)), expected);
+      const Frame frame = draw(scene(), with(view, choice));
+      EXPECT_LE(compareImages(frame, first).largest, 1) << toString(choice) << "\n  view " << toString(view);
+      const ProbeError error = compareBlocks(frame, expected);
       EXPECT_EQ(error.unexcused, 0u) << toString(choice) << ": " << error.worst << "\n  view " << toString(view);
       total.add(error);
     }
   }
+  EXPECT_GT(total.met * 10, total.pixels) << "too few blocks crossed";
   std::printf("%zu of %zu counts differ\n", total.wrong, total.pixels);
 }
 
 TEST_P(TruthTest, CoarserLevelsAreDrawnAsStored) {
+  const std::vector<View> all = views(scene().dense(0));
   for (int level = 1; level < static_cast<int>(scene().info.levels.size()); ++level) {
     const reference::DenseVolume dense = scene().dense(level);
-    std::vector<View> all = views();
     for (std::size_t i : {1u, 4u, 7u, 13u}) {
       View view = all[i];
       view.level = level;
       const Frame blend = draw(scene(), view);
       EXPECT_EQ(blend.stats.level, level);
-      const ImageError error = compareToReference(blend, reference::renderImage(dense, view));
+      const ImageError error = compareToReference(blend, reference::renderImage(dense, view), view.background);
       EXPECT_LE(error.largest, kLargestError) << error.worst << "\n  view " << toString(view);
       view.mode = Mode::first_hit;
       const ProbeError hits =
@@ -95,6 +102,34 @@ TEST_P(TruthTest, CoarserLevelsAreDrawnAsStored) {
       view.mode = Mode::blocks;
       const ProbeError blocks = compareBlocks(draw(scene(), view), reference::renderImage(dense, view));
       EXPECT_EQ(blocks.unexcused, 0u) << blocks.worst << "\n  view " << toString(view);
+    }
+  }
+}
+
+// What the reference looks at is itself true: the file's voxels are the source's, and its block records the voxels'.
+TEST_P(TruthTest, TheFileHoldsTheSource) {
+  const std::unique_ptr<Source> source = GetParam().open();
+  const reference::DenseVolume expected =
+      reference::volumeFromSource(*source, scene().info.empty_threshold, scene().info.blockVoxels());
+  for (int level = 0; level < static_cast<int>(scene().info.levels.size()); ++level) {
+    const reference::DenseVolume dense = scene().dense(level);
+    reference::DenseVolume derived = dense;
+    reference::deriveBlocks(derived, dense.block_voxels);
+    std::size_t wrong_blocks = 0, wrong_voxels = 0, visible = 0;
+    for (std::size_t i = 0; i < dense.blocks.size(); ++i) wrong_blocks += dense.blocks[i] == derived.blocks[i] ? 0 : 1;
+    EXPECT_EQ(wrong_blocks, 0u) << "level " << level;
+    for (std::size_t i = 0; level == 0 && i < dense.density.size(); ++i) {
+      if (isEmptyDensity(expected.density[i], expected.empty_threshold)) {
+        wrong_voxels += isEmptyDensity(dense.density[i], dense.empty_threshold) ? 0 : 1;
+        continue;
+      }
+      ++visible;
+      const bool same_color = dense.color.empty() || dense.color[i] == expected.color[i];
+      wrong_voxels += dense.density[i] == expected.density[i] && same_color ? 0 : 1;
+    }
+    EXPECT_EQ(wrong_voxels, 0u);
+    if (level == 0) {
+      EXPECT_EQ(visible, scene().info.nonempty_voxels);
     }
   }
 }

@@ -139,6 +139,7 @@ class ViewMaker {
         break;
       case 14:
         lookFromInside(view);
+        view.range = rangeInside();
         view.clip = clipAround(*view.eye);
         break;
       case 15:
