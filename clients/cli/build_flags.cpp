@@ -11,7 +11,7 @@
 namespace blockwalk {
 
 void BuildFlags::add(CLI::App& command) {
-  command.add_option("-o,--output", output, "file to write")->required()->type_name("FILE.bwv");
+  command.add_option("-o", output, "file to write")->required()->type_name("FILE.bwv");
   command.add_option("--subblock", subblock_side, "side of a subblock in voxels: 4, 8 or 16 (8)")
       ->check(CLI::IsMember({4, 8, 16}));
   command.add_option("--block", block_side, "side of a block in subblocks, 1..6 (6)")

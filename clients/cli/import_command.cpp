@@ -49,7 +49,7 @@ struct ImportCommand {
     for (const auto& path : paths) {
       std::error_code absent;
       if (std::filesystem::equivalent(path, build.output, absent)) {
-        throw UsageError(fmt::format("--output: {} is a source of this import", build.output));
+        throw UsageError(fmt::format("-o: {} is a source of this import", build.output));
       }
     }
     const auto begun = std::chrono::steady_clock::now();

@@ -3,6 +3,7 @@
 
 #include <CLI/CLI.hpp>
 #include <exception>
+#include <string_view>
 
 #include "clients/cli/commands.h"
 #include "clients/cli/usage_error.h"
@@ -26,7 +27,10 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "blockwalk: {}\n", error.what());
     return blockwalk::kWrongUsage;
   } catch (const blockwalk::ViewError& error) {
-    fmt::print(stderr, "blockwalk: --{}: {}\n", error.field, error.what());
+    // The protocol's parsers put the field in front themselves; as a flag it has dashes.
+    const std::string_view text = error.what();
+    const bool named = text.starts_with(error.field + ":");
+    fmt::print(stderr, "blockwalk: --{}{}{}\n", named ? "" : error.field, named ? "" : ": ", text);
     return blockwalk::kWrongUsage;
   } catch (const std::exception& error) {
     fmt::print(stderr, "blockwalk: {}\n", error.what());

@@ -74,9 +74,9 @@ Response fetch(const RemoteVolume& volume, const std::string& target) {
   io.run();
   try {
     if (failure) std::rethrow_exception(failure);
-  } catch (const std::exception& error) {
+  } catch (const boost::system::system_error& error) {
     throw std::runtime_error(fmt::format("http://{}:{}: no answer: {}; is the server running there?", volume.host,
-                                         volume.port, error.what()));
+                                         volume.port, error.code().message()));
   }
   if (response.result() != http::status::ok) failStatus(volume, target, response);
   return response;
