@@ -106,6 +106,7 @@ class Page {
   private streamChanged(state: StreamState): void {
     this.streamState = state;
     this.stage.dataset["stream"] = state;
+    this.stage.dataset["final"] = "false"; // until this connection has sent a final frame itself
     this.update();
     // The list knows why: the server is away, or the volume loads again.
     if (state === "lost") void this.catalog.refresh();

@@ -136,8 +136,8 @@ test("a killed and restarted server gets the view again", () => open("", async (
   await daemon.stop("SIGKILL");
   await page.waitForSelector("#overlay:has-text('Reconnecting')");
   daemon = await Daemon.start(daemon.port);
-  await page.waitForSelector("#stage[data-stream=live]");
   await page.waitForSelector("#overlay", { state: "hidden" });
+  await waitForFinal(page);
   assert.ok(difference(picture, await readPicture(page)) < 0.01);
   await changeAndSettle(page, () => page.keyboard.press("r"));
   assert.ok(difference(picture, await readPicture(page)) > 0.02);

@@ -165,9 +165,7 @@ test("a server that goes and comes back gets the whole view again", () => run({}
   const again = new MockServer(PAGE_FOLDER, kVolumes);
   await again.start(port);
   try {
-    await page.waitForSelector("#stage[data-stream=live]");
     await page.waitForSelector("#overlay", { state: "hidden" });
-    await page.waitForTimeout(400);
     await waitForFinal(page);
     assert.deepEqual(again.views[0]?.["range"], [70, 250]);
     assert.ok("eye" in (again.views[0] ?? {}) && "size" in (again.views[0] ?? {}));
