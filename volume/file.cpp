@@ -248,7 +248,9 @@ void VolumeFile::readVoxels(int level, std::uint64_t first, std::uint64_t count,
   // in the kernel's cache.
   const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
   const std::uint64_t from = (entry.voxels.offset + begin / kChunkBytes * kChunkBytes) / page * page;
-  ::madvise(const_cast<std::byte*>(mapping_->data) + from, entry.voxels.offset + end - from, MADV_DONTNEED);
+  const std::uint64_t to =
+      entry.voxels.offset + std::min<std::uint64_t>((end + kChunkBytes - 1) / kChunkBytes * kChunkBytes, voxels.size());
+  ::madvise(const_cast<std::byte*>(mapping_->data) + from, to - from, MADV_DONTNEED);
 }
 
 }  // namespace blockwalk
