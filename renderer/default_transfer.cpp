@@ -51,10 +51,9 @@ int percentileBin(const std::array<std::uint64_t, kHistogramBins>& counts, doubl
 std::vector<TransferPoint> defaultTransfer(const VolumeInfo& info) {
   const double width = (static_cast<double>(info.histogram_hi) - info.histogram_lo) / kHistogramBins;
   const auto at = [&](double bin) { return info.dataFromStored(info.histogram_lo + width * bin); };
-  double first = at(otsuBin(info.histogram) * 0.6);
-  double middle = at(otsuBin(info.histogram) + 1.0);
-  double last = at(percentileBin(info.histogram, 0.998) + 1.0);
-  if (info.value_scale < 0) std::swap(first, last);
+  const double first = at(otsuBin(info.histogram) * 0.6);
+  const double middle = at(otsuBin(info.histogram) + 1.0);
+  const double last = at(percentileBin(info.histogram, 0.998) + 1.0);
   const glm::dvec3 dark(0.36, 0.11, 0.06);
   const glm::dvec3 warm(0.86, 0.55, 0.33);
   const glm::dvec3 light(1.0, 0.97, 0.90);

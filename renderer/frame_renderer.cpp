@@ -49,14 +49,16 @@ void FrameRenderer::reserveOutputs(std::size_t pixels, bool probe) {
 
 void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, const Plan& plan,
                               gpu::FrameParams& params) {
-  const bool is_current = table_volume_ == volume.serial() && table_transfer_ == view.transfer &&
-                          table_range_.lo == plan.range.lo && table_range_.hi == plan.range.hi;
+  const bool is_current = table_volume_ == volume.serial() && table_level_ == plan.level &&
+                          table_transfer_ == view.transfer && table_range_.lo == plan.range.lo &&
+                          table_range_.hi == plan.range.hi;
   if (!is_current) {
-    table_source_ = bakeTransfer(view, volume.info(), plan.range);
+    table_source_ = bakeTransfer(view, volume.info(), plan.range, plan.level);
     table_ = Buffer(device_, table_source_.entries.size() * sizeof(glm::vec4), BufferUse::resident);
     uploadBytes(device_, table_, std::as_bytes(std::span(table_source_.entries)));
     table_transfer_ = view.transfer;
     table_volume_ = volume.serial();
+    table_level_ = plan.level;
     table_range_ = plan.range;
   }
   params.table = table_.address();

@@ -42,6 +42,7 @@ class FrameRenderer {
   TransferTable table_source_;  // what table_ holds, and for what
   std::vector<TransferPoint> table_transfer_;
   std::uint64_t table_volume_ = 0;
+  int table_level_ = 0;
   StoredRange table_range_;
   double ms_per_pixel_;  // of the last band, to size the next
 };

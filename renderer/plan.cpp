@@ -81,10 +81,7 @@ StoredRange visibleRange(const View& view, const VolumeInfo& info) {
     const DensityRange support = transferSupport(view.transfer);
     data = {std::max(data.lo, support.lo), std::min(data.hi, support.hi)};
   }
-  double lo = info.storedFromData(data.lo);
-  double hi = info.storedFromData(data.hi);
-  if (info.value_scale < 0) std::swap(lo, hi);
-  StoredRange range{.lo = floatAtLeast(lo), .hi = floatAtMost(hi)};
+  StoredRange range{.lo = floatAtLeast(info.storedFromData(data.lo)), .hi = floatAtMost(info.storedFromData(data.hi))};
   if (info.type != VoxelType::f32) range = {.lo = std::ceil(range.lo), .hi = std::floor(range.hi)};
   const float above_empty = info.type == VoxelType::f32
                                 ? std::nextafter(info.empty_threshold, std::numeric_limits<float>::infinity())

@@ -26,9 +26,15 @@ glm::vec4 entryOf(const TransferPoint& point, double unit_distance) {
   return {glm::vec3(point.color), static_cast<float>(sigma / unit_distance)};
 }
 
+// What an empty voxel counts as in an average (docs/format.md).
+float emptyValue(const VolumeInfo& info) {
+  const auto zero = static_cast<float>(info.storedFromData(0));
+  return zero <= info.empty_threshold ? zero : info.empty_threshold;
+}
+
 }  // namespace
 
-TransferTable bakeTransfer(const View& view, const VolumeInfo& info, StoredRange visible) {
+TransferTable bakeTransfer(const View& view, const VolumeInfo& info, StoredRange visible, int level) {
   const double unit = unitDistance(info);
   TransferTable table;
   if (info.type != VoxelType::f32) {
@@ -42,7 +48,9 @@ TransferTable bakeTransfer(const View& view, const VolumeInfo& info, StoredRange
     }
     return table;
   }
-  const double lo = std::max<double>(visible.lo, info.density_min);
+  // Coarser levels hold averages with empty voxels, below level 0's smallest density.
+  const double least = level == 0 ? info.density_min : std::min(info.density_min, emptyValue(info));
+  const double lo = std::max<double>(visible.lo, least);
   const double hi = std::max<double>(std::min<double>(visible.hi, info.density_max), lo);
   const double width = hi > lo ? hi - lo : 1;
   table.scale = static_cast<float>((kFloatTableEntries - 1) / width);

@@ -9,7 +9,7 @@
 namespace blockwalk {
 
 // Entries are (red, green, blue, extinction per world unit), all 0 outside the visible range.
-// u8 and u16: one entry a stored value. f32: kFloatTableEntries over the visible part of the data, interpolated
+// u8 and u16: one entry a stored value. f32: kFloatTableEntries over the visible part of the level's data, interpolated
 // linearly. index = stored * scale + offset.
 struct TransferTable {
   std::vector<glm::vec4> entries;
@@ -22,6 +22,6 @@ constexpr int kFloatTableEntries = 16384;
 constexpr double kOpaqueExtinction = 1e6;
 
 // `view` is resolved; `visible` comes from visibleRange().
-TransferTable bakeTransfer(const View& view, const VolumeInfo& info, StoredRange visible);
+TransferTable bakeTransfer(const View& view, const VolumeInfo& info, StoredRange visible, int level);
 
 }  // namespace blockwalk

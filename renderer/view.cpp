@@ -75,9 +75,7 @@ View resolveView(const View& view, const VolumeInfo& info) {
   View resolved = view;
   resolveCamera(resolved, info);
   if (!resolved.range) {
-    const double a = info.dataFromStored(info.density_min);
-    const double b = info.dataFromStored(info.density_max);
-    resolved.range = DensityRange{std::min(a, b), std::max(a, b)};
+    resolved.range = DensityRange{info.dataFromStored(info.density_min), info.dataFromStored(info.density_max)};
   }
   if (!(resolved.range->lo <= resolved.range->hi) || !std::isfinite(resolved.range->lo) ||
       !std::isfinite(resolved.range->hi)) {

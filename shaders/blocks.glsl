@@ -7,14 +7,13 @@ vec3 blockCorner(uint block) { return vec3(blockAt(block).origin) - scene.anchor
 
 vec2 blockInterval(Ray ray, uint block) { return cubeInterval(ray, blockCorner(block), float(kBlockVoxels)); }
 
-// The mask is eight bits of the truth; the minimum and maximum decide (Derin et al. 2021, 2.3).
+// Derin et al. 2021, 2.3. Mask, minimum and maximum each prove absence, none proves presence.
 bool blockMeetsRange(uint block) {
-  return blockAt(block).density_max >= scene.density_lo && blockAt(block).density_min <= scene.density_hi;
+  return (blockAt(block).range_mask & scene.range_mask) != 0u && blockAt(block).density_max >= scene.density_lo &&
+         blockAt(block).density_min <= scene.density_hi;
 }
 
-bool blockIsCulled(uint block) {
-  return kCull && ((blockAt(block).range_mask & scene.range_mask) == 0u || !blockMeetsRange(block));
-}
+bool blockIsCulled(uint block) { return kCull && !blockMeetsRange(block); }
 
 bool subblockIsCulled(uint subblock) {
   if (!kCull) return false;

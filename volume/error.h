@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // The two kinds of failure that this room knows.
 //
-// DataError: the input is broken, hostile or out of bounds. Its text names the file, the field or offset, and the bound.
-// BLOCKWALK_CHECK: a programmer's error. Stays in release builds, prints both values, aborts.
+// DataError: the input is broken, hostile or out of bounds. Its text names the file, the field or offset, and the
+// bound. BLOCKWALK_CHECK: a programmer's error. Stays in release builds, prints both values, aborts.
 #pragma once
 
 #include <fmt/format.h>
@@ -33,11 +33,11 @@ template <typename A, typename B>
 }  // namespace blockwalk
 
 // BLOCKWALK_CHECK(index, <, count)
-#define BLOCKWALK_CHECK(a, op, b)                                                           \
-  do {                                                                                      \
-    const auto& check_a = (a);                                                              \
-    const auto& check_b = (b);                                                              \
-    if (!(check_a op check_b)) {                                                            \
-      ::blockwalk::failCheck(__FILE__, __LINE__, #a " " #op " " #b, check_a, check_b);      \
-    }                                                                                       \
+#define BLOCKWALK_CHECK(a, op, b)                                                      \
+  do {                                                                                 \
+    const auto& check_a = (a);                                                         \
+    const auto& check_b = (b);                                                         \
+    if (!(check_a op check_b)) {                                                       \
+      ::blockwalk::failCheck(__FILE__, __LINE__, #a " " #op " " #b, check_a, check_b); \
+    }                                                                                  \
   } while (false)

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // The sparse volume as plain data: what a volume is (VolumeInfo) and the records of one level (Level).
 //
-// Index space of level n: voxel (i,j,k) covers [i,i+1)x[j,j+1)x[k,k+1), centre at +0.5. Level 0 is the finest; a voxel of
-// level n+1 covers 2x2x2 voxels of level n. `world_from_index` takes level 0's index space to world space.
-// "Stored units" are the numbers in the voxels; data units = value_offset + value_scale * stored.
+// Index space of level n: voxel (i,j,k) covers [i,i+1)x[j,j+1)x[k,k+1), centre at +0.5. Level 0 is the finest; a voxel
+// of level n+1 covers 2x2x2 voxels of level n. `world_from_index` takes level 0's index space to world space. "Stored
+// units" are the numbers in the voxels; data units = value_offset + value_scale * stored.
 #pragma once
 
 #include <array>
@@ -16,15 +16,15 @@
 
 namespace blockwalk {
 
-constexpr int kMaxDim = 65536;         // voxels an axis
-constexpr int kMaxLevels = 18;         // 65536 voxels halved until one voxel is left, and level 0
-constexpr int kMaxBlockSide = 6;       // subblocks; 6^3 = 216 indices fit 8 bits
-constexpr int kRangeMaskBins = 8;      // Vulkan instance masks have 8 bits (Derin et al. 2021, 2.3)
+constexpr int kMaxDim = 65536;     // voxels an axis
+constexpr int kMaxLevels = 18;     // 65536 voxels halved until one voxel is left, and level 0
+constexpr int kMaxBlockSide = 6;   // subblocks; 6^3 = 216 indices fit 8 bits
+constexpr int kRangeMaskBins = 8;  // Vulkan instance masks have 8 bits (Derin et al. 2021, 2.3)
 constexpr int kHistogramBins = 256;
 
 // Size of one level, known without reading its records.
 struct LevelInfo {
-  glm::ivec3 dims{0};        // voxels: ceil(level 0 dims / 2^n)
+  glm::ivec3 dims{0};  // voxels: ceil(level 0 dims / 2^n)
   std::uint64_t block_count = 0;
   std::uint64_t subblock_count = 0;
   std::uint64_t voxel_bytes = 0;  // subblock_count * subblock_side^3 * voxelBytes
@@ -36,7 +36,7 @@ struct VolumeInfo {
   int subblock_side = 8;  // voxels: 4, 8 or 16
   int block_side = 6;     // subblocks: 1..6
   glm::dmat4 world_from_index{1.0};
-  double value_scale = 1;
+  double value_scale = 1;  // above 0
   double value_offset = 0;
   // Stored units. A voxel whose density is <= empty_threshold, NaN or infinite is empty: it is never shown.
   float empty_threshold = 0;

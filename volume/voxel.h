@@ -14,20 +14,27 @@ enum class VoxelType : std::uint8_t { rgba8 = 1, u8 = 2, u16 = 3, f32 = 4 };
 
 constexpr std::size_t voxelBytes(VoxelType type) {
   switch (type) {
-    case VoxelType::u8: return 1;
-    case VoxelType::u16: return 2;
+    case VoxelType::u8:
+      return 1;
+    case VoxelType::u16:
+      return 2;
     case VoxelType::rgba8:
-    case VoxelType::f32: return 4;
+    case VoxelType::f32:
+      return 4;
   }
   return 0;
 }
 
 constexpr std::string_view voxelTypeName(VoxelType type) {
   switch (type) {
-    case VoxelType::rgba8: return "rgba8";
-    case VoxelType::u8: return "u8";
-    case VoxelType::u16: return "u16";
-    case VoxelType::f32: return "f32";
+    case VoxelType::rgba8:
+      return "rgba8";
+    case VoxelType::u8:
+      return "u8";
+    case VoxelType::u16:
+      return "u16";
+    case VoxelType::f32:
+      return "f32";
   }
   return "";
 }
@@ -36,8 +43,10 @@ constexpr std::string_view voxelTypeName(VoxelType type) {
 // `voxel` points at voxelBytes(type) bytes, of any alignment.
 inline float storedDensity(VoxelType type, const std::byte* voxel) {
   switch (type) {
-    case VoxelType::rgba8: return static_cast<float>(std::to_integer<std::uint8_t>(voxel[3]));
-    case VoxelType::u8: return static_cast<float>(std::to_integer<std::uint8_t>(voxel[0]));
+    case VoxelType::rgba8:
+      return static_cast<float>(std::to_integer<std::uint8_t>(voxel[3]));
+    case VoxelType::u8:
+      return static_cast<float>(std::to_integer<std::uint8_t>(voxel[0]));
     case VoxelType::u16: {
       std::uint16_t value = 0;
       std::memcpy(&value, voxel, sizeof value);

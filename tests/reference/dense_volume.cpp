@@ -81,6 +81,10 @@ std::size_t DenseVolume::at(glm::ivec3 voxel) const { return linear(voxel, dims)
 
 std::size_t DenseVolume::blockAt(glm::ivec3 block) const { return linear(block, block_dims); }
 
+int DenseVolume::binOf(float stored) const {
+  return static_cast<int>(std::ranges::count_if(bin_cuts, [&](float cut) { return cut <= stored; }));
+}
+
 DenseVolume emptyVolume(VoxelType type, glm::ivec3 dims) {
   DenseVolume volume{.type = type, .level0_dims = dims, .dims = dims};
   allocate(volume);
@@ -96,7 +100,8 @@ void deriveBlocks(DenseVolume& volume, int block_voxels) {
     BlockRange& range = volume.blocks[volume.blockAt(voxel / block_voxels)];
     range = {.stored = true,
              .density_min = range.stored ? std::min(range.density_min, density) : density,
-             .density_max = range.stored ? std::max(range.density_max, density) : density};
+             .density_max = range.stored ? std::max(range.density_max, density) : density,
+             .bins = static_cast<std::uint8_t>(range.bins | 1u << volume.binOf(density))};
   });
 }
 
@@ -134,11 +139,12 @@ DenseVolume volumeFromFile(const VolumeFile& file, int level) {
   const double end0 = info.dataFromStored(static_cast<double>(info.density_min));
   const double end1 = info.dataFromStored(static_cast<double>(info.density_max));
   if (info.nonempty_voxels > 0) volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
+  volume.bin_cuts = info.bin_cuts;
   allocate(volume);
   shapeBlocks(volume, info.blockVoxels());
   for (const Block& block : records.blocks) {
     volume.blocks[volume.blockAt(block.origin)] = {
-        .stored = true, .density_min = block.density_min, .density_max = block.density_max};
+        .stored = true, .density_min = block.density_min, .density_max = block.density_max, .bins = block.range_mask};
     copyBlock(volume, file, block);
   }
   return volume;

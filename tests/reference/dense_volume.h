@@ -19,6 +19,7 @@ struct BlockRange {
   bool stored = false;
   float density_min = 0;
   float density_max = 0;
+  std::uint8_t bins = 0;  // bit b: a voxel of range-mask bin b is inside
   bool operator==(const BlockRange&) const = default;
 };
 
@@ -40,12 +41,14 @@ struct DenseVolume {
   std::optional<Extent> level0_extent{};
   std::vector<float> density{};                      // stored units, x fastest
   std::vector<std::array<std::uint8_t, 3>> color{};  // rgba8 only
+  std::array<float, 7> bin_cuts{};                   // interior cuts of the range-mask bins, stored units
   int block_voxels = 48;
   glm::ivec3 block_dims{0};  // blocks an axis
   std::vector<BlockRange> blocks{};
 
   std::size_t at(glm::ivec3 voxel) const;
   std::size_t blockAt(glm::ivec3 block) const;
+  int binOf(float stored) const;  // how many cuts are at or below a density
   double dataAt(std::size_t voxel) const { return value_offset + value_scale * static_cast<double>(density[voxel]); }
 };
 

@@ -147,9 +147,22 @@ void firstHit(const DenseVolume& volume, const View& view, const CutRay& cut, Pi
   });
 }
 
+// The range-mask bins that hold some density of the range.
+unsigned binsOf(const DenseVolume& volume, const DensityRange& range) {
+  double lo = (range.lo - volume.value_offset) / volume.value_scale;
+  double hi = (range.hi - volume.value_offset) / volume.value_scale;
+  if (lo > hi) std::swap(lo, hi);
+  if (volume.type != VoxelType::f32) lo = std::ceil(lo);  // between two whole numbers there is no density
+  unsigned bins = 0;
+  for (int bin = volume.binOf(static_cast<float>(lo)); bin <= volume.binOf(static_cast<float>(hi)); ++bin)
+    bins |= 1u << bin;
+  return bins;
+}
+
 void countBlocks(const DenseVolume& volume, const View& view, const CutRay& cut, Pixel& pixel) {
   pixel.color = overBackground(view, glm::dvec3(0), 1);
   const DensityRange range = openedRange(volume, *view.range);
+  const unsigned bins = binsOf(volume, range);
   const double side = volume.block_voxels;
   CutRay coarse = cut;  // in units of a block, to measure distances
   coarse.ray.origin /= side;
@@ -163,7 +176,7 @@ void countBlocks(const DenseVolume& volume, const View& view, const CutRay& cut,
     const double end0 = volume.value_offset + volume.value_scale * static_cast<double>(block.density_min);
     const double end1 = volume.value_offset + volume.value_scale * static_cast<double>(block.density_max);
     const bool meets = std::max(end0, end1) >= range.lo && std::min(end0, end1) <= range.hi;
-    pixel.blocks += meets ? 1 : 0;
+    pixel.blocks += meets && (block.bins & bins) != 0 ? 1 : 0;
     return true;
   });
   pixel.edge_distance = distance * side;

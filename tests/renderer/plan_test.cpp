@@ -1,0 +1,160 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/plan.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "shaders/kernel_interface.h"
+
+namespace blockwalk {
+namespace {
+
+VolumeInfo volumeOf(VoxelType type, float density_min, float density_max) {
+  VolumeInfo info;
+  info.type = type;
+  info.dims = {512, 512, 512};
+  info.density_min = density_min;
+  info.density_max = density_max;
+  info.histogram_hi = 255;
+  info.bin_cuts = {32, 64, 96, 128, 160, 192, 224};
+  for (int level = 0; level < levelCount(info.dims, info.blockVoxels()); ++level) {
+    info.levels.push_back(
+        {.dims = levelDims(info.dims, level), .block_count = 8, .subblock_count = 64, .voxel_bytes = 0});
+  }
+  return info;
+}
+
+Plan planFor(const View& view, const VolumeInfo& info, const DeviceTraits& device = {}) {
+  return plan(resolveView(view, info), info, device, false, false);
+}
+
+TEST(Plan, OpenRangeNeedsNoTestsAndNoCulling) {
+  const Plan open = planFor({}, volumeOf(VoxelType::rgba8, 5, 250));
+  EXPECT_EQ(open.key.range_open, 1u);
+  EXPECT_EQ(open.key.cull, 0u);
+  EXPECT_EQ(open.key.test_voxel, 0u);
+  EXPECT_FALSE(open.needs_table);
+}
+
+TEST(Plan, NarrowRangeTestsVoxelsOfRgba8ButNotOfU8) {
+  View view;
+  view.range = DensityRange{100, 200};
+  const Plan colour = planFor(view, volumeOf(VoxelType::rgba8, 5, 250));
+  EXPECT_EQ(colour.key.cull, 1u);
+  EXPECT_EQ(colour.key.test_voxel, 1u);
+  view.transfer = {{.value = 0, .color = glm::dvec3(1), .opacity = 1}};
+  const Plan scalar = planFor(view, volumeOf(VoxelType::u8, 5, 250));
+  EXPECT_EQ(scalar.key.cull, 1u);
+  EXPECT_EQ(scalar.key.test_voxel, 0u);  // the table is 0 outside the range
+  EXPECT_TRUE(scalar.needs_table);
+}
+
+TEST(Plan, MaskHoldsExactlyTheBinsOfTheRange) {
+  View view;
+  view.range = DensityRange{64, 95.5};
+  EXPECT_EQ(planFor(view, volumeOf(VoxelType::rgba8, 5, 250)).range_mask, 0b00000100);
+  view.range = DensityRange{63, 96};
+  EXPECT_EQ(planFor(view, volumeOf(VoxelType::rgba8, 5, 250)).range_mask, 0b00001110);
+}
+
+TEST(Plan, EmptyVoxelsAreNeverInTheRange) {
+  VolumeInfo info = volumeOf(VoxelType::u8, 41, 250);
+  info.empty_threshold = 40;
+  View view;
+  view.mode = Mode::blocks;
+  view.range = DensityRange{0, 60};
+  EXPECT_EQ(visibleRange(resolveView(view, info), info).lo, 41);
+  view.range = DensityRange{0, 40};
+  EXPECT_TRUE(planFor(view, info).is_blank);
+}
+
+TEST(Plan, TransparentPartsOfTheTransferFunctionNarrowTheRange) {
+  View view;
+  view.transfer = {{.value = 100, .color = glm::dvec3(1), .opacity = 0},
+                   {.value = 120, .color = glm::dvec3(1), .opacity = 0.5},
+                   {.value = 140, .color = glm::dvec3(1), .opacity = 0}};
+  const VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  const StoredRange range = visibleRange(resolveView(view, info), info);
+  EXPECT_EQ(range.lo, 100);
+  EXPECT_EQ(range.hi, 140);
+  view.mode = Mode::blocks;  // counts blocks of the range, whatever they look like
+  EXPECT_EQ(visibleRange(resolveView(view, info), info).lo, 1);
+}
+
+TEST(Plan, RangeIsInDataUnits) {
+  VolumeInfo info = volumeOf(VoxelType::u16, 100, 60000);
+  info.value_offset = -32768;
+  View view;
+  view.mode = Mode::blocks;
+  view.range = DensityRange{-32000, 0};
+  const StoredRange range = visibleRange(resolveView(view, info), info);
+  EXPECT_EQ(range.lo, 768);
+  EXPECT_EQ(range.hi, 32768);
+}
+
+TEST(Plan, FloatRangeNeverRoundsOutward) {
+  VolumeInfo info = volumeOf(VoxelType::f32, 0.01F, 1);
+  View view;
+  view.mode = Mode::blocks;
+  view.range = DensityRange{0.1, 0.7};
+  const StoredRange range = visibleRange(resolveView(view, info), info);
+  EXPECT_GE(static_cast<double>(range.lo), 0.1);
+  EXPECT_LE(static_cast<double>(range.hi), 0.7);
+  EXPECT_LT(static_cast<double>(std::nextafter(range.lo, 0.0F)), 0.1);
+  EXPECT_GT(static_cast<double>(std::nextafter(range.hi, 1.0F)), 0.7);
+}
+
+TEST(Plan, FinderFollowsTheDevice) {
+  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
+  const DeviceTraits gpu{.ray_query = true, .software = false, .max_instances = 1u << 24};
+  const DeviceTraits software{.ray_query = true, .software = true, .max_instances = 1u << 24};
+  EXPECT_TRUE(planFor({}, info, gpu).needs_instances);
+  EXPECT_FALSE(planFor({}, info, gpu).needs_grid);
+  EXPECT_TRUE(planFor({}, info, software).needs_grid);
+  EXPECT_TRUE(planFor({}, info, {.ray_query = true, .software = false, .max_instances = 4}).needs_grid);
+  View query;
+  query.finder = Finder::query;
+  EXPECT_THROW(planFor(query, info, {}), ViewError);
+  EXPECT_THROW(planFor(query, info, {.ray_query = true, .software = false, .max_instances = 4}), ViewError);
+}
+
+TEST(Plan, LevelFollowsThePixel) {
+  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
+  View view;
+  view.ortho_height = 512;
+  view.width = view.height = 512;
+  EXPECT_EQ(planFor(view, info).level, 0);
+  view.width = view.height = 256;
+  EXPECT_EQ(planFor(view, info).level, 1);
+  view.width = view.height = 129;  // 3.97 voxels a pixel: level 1 is still finer than a pixel, level 2 is not
+  EXPECT_EQ(planFor(view, info).level, 1);
+  view.width = view.height = 1;
+  EXPECT_EQ(planFor(view, info).level, static_cast<int>(info.levels.size()) - 1);
+  view.level = 0;
+  EXPECT_EQ(planFor(view, info).level, 0);
+  view.level = 99;
+  EXPECT_THROW(planFor(view, info), ViewError);
+}
+
+TEST(Plan, InsideTheVolumeIsLevelZero) {
+  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
+  View view;
+  view.width = view.height = 16;
+  view.eye = glm::dvec3(256, 256, 256);
+  view.target = glm::dvec3(0, 256, 256);
+  EXPECT_EQ(planFor(view, info).level, 0);
+}
+
+// The text that the kernel runs, against the truth in double.
+TEST(KernelInterface, OpacityIsRelativelyExactForEveryDepth) {
+  for (double exponent = -30; exponent < 8; exponent += 0.01) {
+    const auto depth = static_cast<float>(std::pow(10.0, exponent));
+    const double truth = -std::expm1(-static_cast<double>(depth));
+    EXPECT_NEAR(gpu::opacityOfDepth(depth), truth, 2e-6 * truth) << "depth " << depth;
+  }
+  EXPECT_EQ(gpu::opacityOfDepth(0), 0);
+}
+
+}  // namespace
+}  // namespace blockwalk
