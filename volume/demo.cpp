@@ -51,7 +51,9 @@ std::span<const std::string_view> demoNames() { return kNames; }
 std::unique_ptr<Source> openDemo(std::string_view name, int size) {
   const auto found = std::find(kNames.begin(), kNames.end(), name);
   if (found == kNames.end()) {
-    failData("demo '{}' is not known; there are {}", name, fmt::join(kNames, ", "));
+    std::string known;
+    for (const std::string_view one : kNames) known += (known.empty() ? "" : ", ") + std::string(one);
+    failData("demo '{}' is not known; there are {}", name, known);
   }
   if (size < 1 || size > kMaxDim) failData("demo {}: size {} is outside 1..{}", name, size, kMaxDim);
   const auto index = static_cast<std::size_t>(found - kNames.begin());

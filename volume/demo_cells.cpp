@@ -59,7 +59,8 @@ class Cells final : public DemoModel {
     cell.radii = {places.between(0.055, 0.095), places.between(0.05, 0.075), places.between(0.04, 0.06)};
     cell.reach = 1.12 * cell.radii.x;
     cell.center = {places.between(0.09, 0.91), places.between(0.09, 0.66), places.between(0.08, 0.42)};
-    cell.frame = frameAround({places.between(-0.4, 0.4), places.between(-0.4, 0.4), 1}, places.unit());
+    const glm::dvec3 normal{places.between(-0.4, 0.4), places.between(-0.4, 0.4), 1.0};
+    cell.frame = frameAround(normal, places.unit());
     cell.nucleus = {places.between(-0.22, 0.22), places.between(-0.2, 0.2), places.between(-0.15, 0.15)};
     cell.brightness = places.between(0.7, 1.15);
     cell.seed = places.bits();

@@ -85,7 +85,8 @@ class Fossil final : public DemoModel {
     for (int i = 0; i < 16; ++i) {
       Stem stem;
       stem.from = {places.between(0.08, 0.92), places.between(0.06, 0.6), places.between(0.05, 0.14)};
-      stem.along = frameAround({places.between(-0.3, 0.3), places.between(-0.3, 0.3), 1}, places.unit())[0];
+      const glm::dvec3 normal{places.between(-0.3, 0.3), places.between(-0.3, 0.3), 1.0};
+      stem.along = frameAround(normal, places.unit())[0];
       stem.length = places.between(0.03, 0.14);
       stem.radius = places.between(0.006, 0.013);
       stem.disc = stem.radius * places.between(0.5, 0.8);

@@ -27,7 +27,8 @@ constexpr std::uint32_t hashCell(std::int32_t x, std::int32_t y, std::int32_t z,
 // 0 <= result < 1
 constexpr double hashUnit(std::uint32_t bits) { return static_cast<double>(bits >> 8) * (1.0 / 16777216.0); }
 
-// A stream of hashed numbers, for placing things.
+// A stream of hashed numbers, for placing things. Take one a statement or inside braces: the order in which a call's
+// arguments are made is each compiler's own.
 class HashSequence {
  public:
   explicit HashSequence(std::uint32_t seed) : seed_(seed) {}

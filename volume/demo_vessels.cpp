@@ -30,7 +30,7 @@ class Tree {
     direction = glm::normalize(direction);
     const int pieces = 3 + static_cast<int>(places_.bits() % 3);
     for (int i = 0; i < pieces; ++i) {
-      const glm::dvec3 wander(places_.between(-1, 1), places_.between(-1, 1), places_.between(-1, 1));
+      const glm::dvec3 wander{places_.between(-1, 1), places_.between(-1, 1), places_.between(-1, 1)};
       // Drawn away from the middle, so that the tree fills its room.
       const glm::dvec3 outward = at - glm::dvec3(0.5, 0.35, 0.5);
       direction = glm::normalize(direction + 0.28 * wander + 0.25 * outward);
@@ -46,8 +46,8 @@ class Tree {
       radius = thinner;
     }
     const double share = places_.between(0.5, 0.86);
-    const glm::dvec3 side = glm::normalize(
-        glm::cross(direction, glm::dvec3(places_.unit() - 0.5, places_.unit() - 0.5, places_.unit() - 0.5)));
+    const glm::dvec3 any{places_.between(-1, 1), places_.between(-1, 1), places_.between(-1, 1)};
+    const glm::dvec3 side = glm::normalize(glm::cross(direction, any));
     const double larger = radius * powTwo(logTwo(share) / 3);
     const double smaller = radius * powTwo(logTwo(1 - share) / 3);
     branch(at, direction + side * (1.15 * (1 - share)), larger, depth + 1);
