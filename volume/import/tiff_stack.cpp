@@ -79,6 +79,7 @@ class TiffStack final : public Source {
         converter_(std::move(converter)),
         memory_bytes_(memory_bytes) {
     info_.type = converter_.voxelType();
+    info_.value_offset = converter_.valueOffset();
   }
 
   const SourceInfo& info() const override { return info_; }
