@@ -57,9 +57,10 @@ std::vector<TransferPoint> defaultTransfer(const VolumeInfo& info) {
   const glm::dvec3 dark(0.36, 0.11, 0.06);
   const glm::dvec3 warm(0.86, 0.55, 0.33);
   const glm::dvec3 light(1.0, 0.97, 0.90);
-  if (!(first < middle && middle < last)) {
-    const double value = info.dataFromStored(info.density_min);
-    return {{.value = value, .color = warm, .opacity = 0.3}};
+  if (!(first < middle && middle < last) || info.density_min == info.density_max) {
+    // One value, a mask: thin enough to see into, whatever its size.
+    const int least = std::min({info.dims.x, info.dims.y, info.dims.z});
+    return {{.value = info.dataFromStored(info.density_min), .color = warm, .opacity = std::min(0.3, 4.0 / least)}};
   }
   return {{.value = first, .color = dark, .opacity = 0},
           {.value = middle, .color = warm, .opacity = 0.06},

@@ -14,12 +14,29 @@ double halfSlope(const View& view) { return std::tan(view.fov_degrees * std::num
 
 bool isFinite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
-// Far enough along (1, 0.8, 1.2) that the box's bounding sphere fits the image both ways.
-glm::dvec3 framingEye(const View& view, const WorldBox& box, const glm::dvec3& target) {
-  const double radius = 0.5 * glm::length(box.max - box.min);
-  const double aspect = static_cast<double>(view.width) / view.height;
-  const double narrow = std::atan(halfSlope(view) * std::min(1.0, aspect));
-  return target + glm::normalize(glm::dvec3(1, 0.8, 1.2)) * (radius / std::sin(narrow));
+// The up vector to frame with; one that cannot be used is refused after framing.
+glm::dvec3 framingUp(const glm::dvec3& up) {
+  const glm::dvec3 across = glm::cross(glm::normalize(glm::dvec3(1, 0.8, 1.2)), up);
+  const double length = glm::length(across);
+  return length > 0 && std::isfinite(length) ? up : glm::dvec3(0, 1, 0);
+}
+
+// Along (1, 0.8, 1.2) from the target, as near as the box still fits the image with a small margin.
+glm::dvec3 framingEye(const View& view, const WorldBox& box, const glm::dvec3& target, const glm::dvec3& up) {
+  const glm::dvec3 forward = -glm::normalize(glm::dvec3(1, 0.8, 1.2));
+  const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
+  const glm::dvec3 image_up = glm::cross(right, forward);
+  const double slope_y = halfSlope(view);
+  const double slope_x = slope_y * view.width / view.height;
+  double distance = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 side(corner & 1, corner >> 1 & 1, corner >> 2);
+    const glm::dvec3 offset = box.min + side * (box.max - box.min) - target;
+    const double depth = glm::dot(offset, forward);
+    distance = std::max({distance, std::abs(glm::dot(offset, right)) / slope_x - depth,
+                         std::abs(glm::dot(offset, image_up)) / slope_y - depth});
+  }
+  return target - forward * (1.04 * distance);
 }
 
 void checkNumbers(const View& view) {
@@ -40,8 +57,8 @@ void checkNumbers(const View& view) {
 void resolveCamera(View& view, const VolumeInfo& info) {
   const WorldBox box = worldBox(info);
   if (!view.target) view.target = 0.5 * (box.min + box.max);
-  if (!view.eye) view.eye = framingEye(view, box, *view.target);
   if (!view.up) view.up = glm::dvec3(0, 1, 0);
+  if (!view.eye) view.eye = framingEye(view, box, *view.target, framingUp(*view.up));
   for (const auto& [value, field] : {std::pair{&view.eye, "eye"}, {&view.target, "target"}, {&view.up, "up"}}) {
     if (!isFinite(**value)) throw ViewError(field, "is not finite");
   }
