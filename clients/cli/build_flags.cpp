@@ -23,9 +23,10 @@ void BuildFlags::add(CLI::App& command) {
 }
 
 std::uint64_t BuildFlags::memoryBytes() const {
-  constexpr std::uint64_t kLeast = std::uint64_t{64} << 20;
+  // The builder needs 64 MiB, and an import keeps a quarter of the memory for its decoder.
+  constexpr std::uint64_t kLeast = std::uint64_t{96} << 20;
   const std::uint64_t bytes = parseByteSize("--memory", memory);
-  if (bytes < kLeast) throw UsageError(fmt::format("--memory: {} is less than 64MiB", memory));
+  if (bytes < kLeast) throw UsageError(fmt::format("--memory: {} is less than 96MiB", memory));
   return bytes;
 }
 

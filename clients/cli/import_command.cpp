@@ -21,7 +21,7 @@ struct ImportCommand {
   std::string type;
   std::string spacing;
   std::string density = "auto";
-  std::uint64_t skip_bytes = 0;
+  std::string skip = "0";
   bool big_endian = false;
   bool verify = false;
   BuildFlags build;
@@ -32,7 +32,7 @@ struct ImportCommand {
     if (!type.empty()) options.type = type;
     if (!spacing.empty()) options.spacing = parseSpacing("--spacing", spacing);
     options.big_endian = big_endian;
-    options.skip_bytes = skip_bytes;
+    options.skip_bytes = parseByteSize("--skip", skip);
     options.density = density == "alpha"       ? DensityRule::alpha
                       : density == "luminance" ? DensityRule::luminance
                       : density == "max"       ? DensityRule::max
@@ -93,7 +93,7 @@ void addImportCommand(CLI::App& app) {
       ->check(CLI::IsMember({"u8", "i8", "u16", "i16", "u32", "i32", "f32", "f64", "rgb8", "rgba8"}));
   command->add_option("--spacing", import->spacing, "world size of a voxel, instead of the file's")->type_name("x,y,z");
   command->add_flag("--big-endian", import->big_endian, "raw: the highest byte of a number comes first");
-  command->add_option("--skip", import->skip_bytes, "raw: bytes before the first voxel")->type_name("BYTES");
+  command->add_option("--skip", import->skip, "raw: bytes before the first voxel")->type_name("SIZE");
   command->add_option("--density", import->density, "colour: what becomes density (alpha, else luminance)")
       ->check(CLI::IsMember({"auto", "alpha", "luminance", "max"}));
   command->add_flag("--verify", import->verify, "read everything back and compare every voxel");

@@ -12,7 +12,7 @@
 int main(int argc, char** argv) {
   CLI::App app{"Blockwalk: sparse volumes, imported, inspected and rendered.", "blockwalk"};
   app.set_version_flag("--version", BLOCKWALK_VERSION);
-  app.require_subcommand(1);
+  app.require_subcommand(0, 1);  // none at all gets a message of our own
   app.footer("Exit codes: 0 done, 1 the work failed, 2 wrong usage.");
   blockwalk::addDemoCommand(app);
   blockwalk::addImportCommand(app);
@@ -20,6 +20,8 @@ int main(int argc, char** argv) {
   blockwalk::addRenderCommand(app);
   try {
     app.parse(argc, argv);
+    if (app.get_subcommands().empty())
+      throw blockwalk::UsageError("name a command: demo, import, info or render; see --help");
     return 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : blockwalk::kWrongUsage;

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <tuple>
+#include <utility>
+
+#include "tests/cli/run_binary.h"
+
+namespace blockwalk {
+namespace {
+
+using nlohmann::json;
+using testing::HasSubstr;
+
+// A ball of 20 x 16 x 12 voxels whose values are their squared distance from its surface.
+template <typename T>
+std::string ballVoxels(double inside, double outside) {
+  std::string bytes;
+  for (int z = 0; z < 12; ++z) {
+    for (int y = 0; y < 16; ++y) {
+      for (int x = 0; x < 20; ++x) {
+        const int distance = (x - 10) * (x - 10) + (y - 8) * (y - 8) + (z - 6) * (z - 6);
+        const T value = static_cast<T>(distance < 25 ? inside + distance : outside);
+        bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
+      }
+    }
+  }
+  return bytes;
+}
+
+json infoOf(const Workplace& place, const std::string& file) {
+  const Outcome outcome = place.run("info " + file + " --json");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.error;
+  return json::parse(outcome.out);
+}
+
+TEST(RoundTrip, DemosBecomeVolumesOfTheirType) {
+  const Workplace place;
+  const std::pair<const char*, const char*> demos[] = {{"fossil", "rgba8"}, {"rock", "rgba8"}, {"chip", "rgba8"},
+                                                       {"vessels", "u8"},   {"cells", "u16"},  {"smoke", "f32"}};
+  for (const auto& [name, type] : demos) {
+    const std::string file = std::string(name) + ".bwv";
+    const Outcome made = place.run("demo " + std::string(name) + " -o " + file + " --size 40");
+    ASSERT_EQ(made.exit_code, 0) << made.error;
+    const json info = infoOf(place, file);
+    EXPECT_EQ(info["type"], type);
+    EXPECT_EQ(info["name"], name);
+    EXPECT_GT(info["nonempty_voxels"], 0);
+    const Outcome table = place.run("info " + file);
+    EXPECT_EQ(table.exit_code, 0) << table.error;
+    EXPECT_THAT(table.out, HasSubstr(type));
+  }
+  EXPECT_EQ(place.run("demo smoke -o again.bwv --size 40").exit_code, 0);
+  EXPECT_EQ(place.read("again.bwv"), place.read("smoke.bwv"));
+}
+
+TEST(RoundTrip, RawImportsAndVerifiesInEveryType) {
+  const Workplace place;
+  const std::tuple<const char*, std::string, const char*> cases[] = {
+      {"u8", ballVoxels<std::uint8_t>(100, 0), "u8"},      {"i8", ballVoxels<std::int8_t>(-60, 0), "u8"},
+      {"u16", ballVoxels<std::uint16_t>(40000, 0), "u16"}, {"i16", ballVoxels<std::int16_t>(-900, -1000), "u16"},
+      {"u32", ballVoxels<std::uint32_t>(70000, 0), "f32"}, {"i32", ballVoxels<std::int32_t>(5, -3), "f32"},
+      {"f32", ballVoxels<float>(0.25, 0), "f32"},          {"f64", ballVoxels<double>(1.5, 0), "f32"}};
+  for (const auto& [type, voxels, stored] : cases) {
+    place.write("in.raw", voxels);
+    const Outcome outcome = place.run("import in.raw -o out.bwv --dims 20x16x12 --type " + std::string(type) +
+                                      " --spacing 1,1,2.5 --verify");
+    ASSERT_EQ(outcome.exit_code, 0) << type << outcome.error;
+    EXPECT_THAT(outcome.out, HasSubstr("verified           3840 voxels")) << type;
+    const json info = infoOf(place, "out.bwv");
+    EXPECT_EQ(info["type"], stored) << type;
+    EXPECT_EQ(info["spacing"], json({1, 1, 2.5}));
+    EXPECT_EQ(info["dims"], json({20, 16, 12}));
+  }
+}
+
+TEST(RoundTrip, PeopleSeeDataUnits) {
+  const Workplace place;
+  place.write("in.raw", ballVoxels<std::int16_t>(-900, -1000));
+  ASSERT_EQ(place.run("import in.raw -o out.bwv --dims 20x16x12 --type i16").exit_code, 0);
+  const json info = infoOf(place, "out.bwv");
+  EXPECT_EQ(info["empty_threshold"], -1000);
+  EXPECT_EQ(info["density_range"], json({-900, -876}));
+  ASSERT_EQ(place.run("import in.raw -o cut.bwv --dims 20x16x12 --type i16 --empty -890").exit_code, 0);
+  const json cut = infoOf(place, "cut.bwv");
+  EXPECT_EQ(cut["empty_threshold"], -890);
+  EXPECT_LT(cut["nonempty_voxels"], info["nonempty_voxels"]);
+}
+
+TEST(RoundTrip, BuildParametersAndDataFormsAreKept) {
+  const Workplace place;
+  const std::string voxels = ballVoxels<std::uint8_t>(100, 0);
+  place.write("data.raw", voxels);
+  place.write("head.nhdr",
+              "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 20 16 12\nspacings: 2 2 2\nencoding: raw\n"
+              "data file: data.raw\n");
+  const Outcome outcome = place.run("import head.nhdr -o out.bwv --subblock 4 --block 3 --memory 96MiB --verify");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.error;
+  const json info = infoOf(place, "out.bwv");
+  EXPECT_EQ(info["subblock_side"], 4);
+  EXPECT_EQ(info["block_side"], 3);
+  EXPECT_EQ(info["spacing"], json({2, 2, 2}));
+  EXPECT_EQ(info["source"], "head.nhdr");
+  EXPECT_THAT(outcome.error, HasSubstr("verify: ")) << "one line a step where there is no terminal";
+}
+
+TEST(RoundTrip, ReportsWhatConversionChanged) {
+  const Workplace place;
+  const double values[] = {0.1, std::numeric_limits<double>::quiet_NaN(), 3, std::numeric_limits<double>::infinity()};
+  place.write("in.raw", std::string(reinterpret_cast<const char*>(values), sizeof values));
+  const Outcome outcome = place.run("import in.raw -o out.bwv --dims 4x1x1 --type f64 --verify");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.error;
+  EXPECT_THAT(outcome.out, HasSubstr("not finite         2 voxels"));
+  EXPECT_THAT(outcome.out, HasSubstr("largest rounding   1.49"));
+}
+
+TEST(RoundTrip, AFailedImportKeepsTheOldFile) {
+  const Workplace place;
+  place.write("in.raw", ballVoxels<std::uint8_t>(100, 0));
+  ASSERT_EQ(place.run("import in.raw -o out.bwv --dims 20x16x12 --type u8").exit_code, 0);
+  const std::string before = place.read("out.bwv");
+  EXPECT_EQ(place.run("import in.raw -o out.bwv --dims 20x16x13 --type u8").exit_code, 1);
+  EXPECT_EQ(place.read("out.bwv"), before);
+}
+
+TEST(RoundTrip, RendersEveryFormatWithStats) {
+  const Workplace place;
+  ASSERT_EQ(place.run("demo fossil -o fossil.bwv --size 48").exit_code, 0);
+  const Outcome png = place.run("render fossil.bwv -o a.png --size 40x30 --stats s.json --repeat 3 --range 130:255");
+  ASSERT_EQ(png.exit_code, 0) << png.error;
+  EXPECT_EQ(place.read("a.png").substr(1, 3), "PNG");
+  EXPECT_THAT(png.out, HasSubstr("median"));
+  const json stats = json::parse(place.read("s.json"));
+  EXPECT_EQ(stats["rays"], 1200);
+  EXPECT_EQ(stats["loop_bound_hits"], 0);
+  ASSERT_EQ(place.run("render fossil.bwv -o a.jpg --size 40x30 --quality 70").exit_code, 0);
+  EXPECT_EQ(place.read("a.jpg").substr(0, 2), "\xff\xd8");
+  ASSERT_EQ(place.run("render fossil.bwv -o a.raw --size 40x30 --eye -1,-2,-90 --finder grid --no-ray-query").exit_code,
+            0);
+  EXPECT_EQ(place.read("a.raw").size(), 4800u);
+  EXPECT_EQ(place.run("render fossil.bwv -o a.png --tf 0:000000:0,1:ffffff:1").exit_code, 2);
+  EXPECT_EQ(place.run("render fossil.bwv -o a.png --level 9").exit_code, 2);
+}
+
+}  // namespace
+}  // namespace blockwalk

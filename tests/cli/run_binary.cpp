@@ -1,0 +1,44 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/cli/run_binary.h"
+
+#include <sys/wait.h>
+
+#include <cstdlib>
+#include <fstream>
+#include <iterator>
+
+namespace blockwalk {
+
+Workplace::Workplace() {
+  std::string name = (std::filesystem::temp_directory_path() / "blockwalk-cli-XXXXXX").string();
+  if (mkdtemp(name.data()) == nullptr) std::abort();
+  folder_ = name;
+}
+
+Workplace::~Workplace() {
+  std::error_code ignored;
+  std::filesystem::remove_all(folder_, ignored);
+}
+
+void Workplace::write(const std::string& name, const std::string& bytes) const {
+  std::filesystem::create_directories(path(name).parent_path());
+  std::ofstream(path(name), std::ios::binary) << bytes;
+}
+
+std::string Workplace::read(const std::string& name) const {
+  std::ifstream file(path(name), std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+Outcome Workplace::run(const std::string& arguments) const {
+  const std::string command = "cd '" + folder_.string() + "' && '" BLOCKWALK_BINARY_DIR "/blockwalk' " + arguments +
+                              " >.stdout 2>.stderr </dev/null";
+  const int status = std::system(command.c_str());
+  Outcome outcome;
+  outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+  outcome.out = read(".stdout");
+  outcome.error = read(".stderr");
+  return outcome;
+}
+
+}  // namespace blockwalk

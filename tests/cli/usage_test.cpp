@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/cli/run_binary.h"
+
+namespace blockwalk {
+namespace {
+
+using testing::HasSubstr;
+
+struct BadUse {
+  const char* arguments;
+  int exit_code;
+  const char* message;  // part of what stderr says
+};
+
+const BadUse kBadUses[] = {
+    {"", 2, "demo, import, info or render"},
+    {"teapot", 2, "teapot"},
+    {"--nonsense", 2, "nonsense"},
+    {"demo", 2, "NAME"},
+    {"demo fossil", 2, "-o"},
+    {"demo teapot -o a.bwv", 2, "teapot"},
+    {"demo fossil -o a.bwv --size 0", 2, "--size"},
+    {"demo fossil -o a.bwv --size 65537", 2, "--size"},
+    {"demo fossil -o a.bwv --size many", 2, "--size"},
+    {"demo fossil -o a.bwv --subblock 5", 2, "--subblock"},
+    {"demo fossil -o a.bwv --block 7", 2, "--block"},
+    {"demo fossil -o a.bwv --memory 2GB", 2, "--memory"},
+    {"demo fossil -o a.bwv --memory 95MiB", 2, "--memory"},
+    {"demo fossil -o a.bwv --memory 99999999999999TiB", 2, "--memory"},
+    {"demo fossil -o a.bwv --bins some", 2, "--bins"},
+    {"demo fossil -o a.bwv --empty nan", 2, "--empty"},
+    {"demo fossil -o absent/a.bwv --size 8", 1, "absent"},
+    {"import", 2, "SOURCE"},
+    {"import a.raw", 2, "-o"},
+    {"import absent.raw -o a.bwv", 1, "absent.raw"},
+    {"import data.raw -o a.bwv", 1, "--dims and --type"},
+    {"import data.raw -o a.bwv --dims 4x4 --type u8", 2, "--dims"},
+    {"import data.raw -o a.bwv --dims 4x4x0 --type u8", 2, "--dims"},
+    {"import data.raw -o a.bwv --dims 4x4x4x4 --type u8", 2, "--dims"},
+    {"import data.raw -o a.bwv --dims 4x4x65537 --type u8", 2, "--dims"},
+    {"import data.raw -o a.bwv --dims 4x4x5 --type u8", 1, "80"},
+    {"import data.raw -o a.bwv --dims 4x4x4 --type u9", 2, "--type"},
+    {"import data.raw -o a.bwv --dims 4x4x4 --type u8 --spacing 1,2", 2, "--spacing"},
+    {"import data.raw -o a.bwv --dims 4x4x4 --type u8 --spacing 1,0,1", 2, "--spacing"},
+    {"import data.raw -o a.bwv --dims 4x4x4 --type u8 --spacing 1,inf,1", 2, "--spacing"},
+    {"import data.raw -o a.bwv --dims 4x4x4 --type u8 --density some", 2, "--density"},
+    {"import data.raw -o a.bwv --dims 4x4x4 --type u8 --density max", 1, "density"},
+    {"import data.raw -o a.bwv --dims 4x4x4 --type u8 --skip -1", 2, "--skip"},
+    {"import data.raw -o data.raw --dims 4x4x4 --type u8", 2, "data.raw"},
+    {"import . -o a.bwv", 1, "no PNG or TIFF"},
+    {"info", 2, "FILE|URL"},
+    {"info absent.bwv", 1, "absent.bwv"},
+    {"info data.raw", 1, "data.raw"},
+    {"info https://127.0.0.1/fossil", 2, "only http"},
+    {"info http://127.0.0.1", 2, "names no volume"},
+    {"info http://127.0.0.1/a/b/c", 2, "http://HOST:PORT/ID"},
+    {"info http://:80/a", 2, "names no host"},
+    {"info http://127.0.0.1:1/fossil", 1, "no answer"},
+    {"render", 2, "FILE|URL"},
+    {"render data.raw", 2, "-o"},
+    {"render data.raw -o a.png", 1, "data.raw"},
+    {"render data.raw -o a.tga", 2, "a.tga"},
+    {"render data.raw -o a.png --size 0x5", 2, "--size"},
+    {"render data.raw -o a.png --size 8193x5", 2, "--size"},
+    {"render data.raw -o a.png --size 5x5 --size 6x6", 2, "--size"},
+    {"render data.raw -o a.png --eye 1,2", 2, "--eye"},
+    {"render data.raw -o a.png --eye 1,2,nan", 2, "--eye"},
+    {"render data.raw -o a.png --fov 180", 2, "--fov"},
+    {"render data.raw -o a.png --fov 20 --ortho 3", 2, "fov"},
+    {"render data.raw -o a.png --range 10", 2, "--range"},
+    {"render data.raw -o a.png --mode sideways", 2, "--mode"},
+    {"render data.raw -o a.png --finder luck", 2, "--finder"},
+    {"render data.raw -o a.png --walk maybe", 2, "--walk"},
+    {"render data.raw -o a.png --background 12345", 2, "--background"},
+    {"render data.raw -o a.png --quality 101", 2, "--quality"},
+    {"render data.raw -o a.png --repeat 0", 2, "--repeat"},
+    {"render data.raw -o a.png --chunk-mib 0", 2, "--chunk-mib"},
+    {"render http://127.0.0.1:1/a -o a.png --device 0", 2, "--device"},
+    {"render http://127.0.0.1:1/a -o a.png", 1, "no answer"},
+};
+
+TEST(Usage, NamesWhatIsWrongAndLeavesNoFile) {
+  const Workplace place;
+  place.write("data.raw", std::string(64, 'x'));
+  for (const BadUse& use : kBadUses) {
+    const Outcome outcome = place.run(use.arguments);
+    EXPECT_EQ(outcome.exit_code, use.exit_code) << use.arguments << "\n" << outcome.error;
+    EXPECT_THAT(outcome.error, HasSubstr(use.message)) << use.arguments;
+    EXPECT_EQ(place.read("data.raw"), std::string(64, 'x')) << use.arguments;
+    EXPECT_FALSE(std::filesystem::exists(place.path("a.bwv"))) << use.arguments;
+    EXPECT_FALSE(std::filesystem::exists(place.path("a.png"))) << use.arguments;
+  }
+}
+
+TEST(Usage, HelpIsNoError) {
+  const Workplace place;
+  for (const char* arguments : {"--help", "demo --help", "import --help", "info --help", "render --help"}) {
+    const Outcome outcome = place.run(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << arguments;
+    EXPECT_THAT(outcome.out, HasSubstr("--help")) << arguments;
+  }
+  EXPECT_EQ(place.run("--version").exit_code, 0);
+}
+
+}  // namespace
+}  // namespace blockwalk
