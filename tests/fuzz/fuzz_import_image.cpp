@@ -1,0 +1,112 @@
+// SPDX-License-Identifier: Apache-2.0
+// PNG and TIFF files: opened, and read to the end or to a bound.
+#include <png.h>
+#include <sys/mman.h>
+#include <tiffio.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdlib>
+#include <string>
+#include <vector>
+
+#include "volume/error.h"
+#include "volume/import/import.h"
+
+namespace {
+
+constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 20;  // read of one source
+
+// A file in memory that has a name.
+struct MemoryFile {
+  int descriptor = memfd_create("input", 0);
+  std::string path = "/proc/self/fd/" + std::to_string(descriptor);
+
+  void fill(const void* data, std::size_t size) const {
+    if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, data, size, 0) != static_cast<ssize_t>(size)) std::abort();
+  }
+  std::string contents() const {
+    std::string bytes(static_cast<std::size_t>(lseek(descriptor, 0, SEEK_END)), '\0');
+    if (pread(descriptor, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) std::abort();
+    return bytes;
+  }
+};
+
+std::string tiffSeed(int bits, int samples, int compression, int tile, int pages) {
+  const MemoryFile file;
+  TIFF* tiff = TIFFOpen(file.path.c_str(), "w");
+  for (int page = 0; page < pages; ++page) {
+    TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 20);
+    TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, 18);
+    TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, bits);
+    TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, samples);
+    TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, samples == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB);
+    TIFFSetField(tiff, TIFFTAG_COMPRESSION, compression);
+    TIFFSetField(tiff, TIFFTAG_IMAGEDESCRIPTION, "ImageJ=1.54f\nimages=2\nslices=2\n");
+    if (tile > 0) {
+      TIFFSetField(tiff, TIFFTAG_TILEWIDTH, tile);
+      TIFFSetField(tiff, TIFFTAG_TILELENGTH, tile);
+    } else {
+      TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, 5);
+    }
+    std::string bytes(8192, 'p');
+    if (tile > 0) {
+      for (std::uint32_t i = 0; i < TIFFNumberOfTiles(tiff); ++i) {
+        TIFFWriteEncodedTile(tiff, i, bytes.data(), TIFFTileSize(tiff));
+      }
+    } else {
+      for (std::uint32_t y = 0; y < 18; ++y) TIFFWriteScanline(tiff, bytes.data(), y, 0);
+    }
+    TIFFWriteDirectory(tiff);
+  }
+  TIFFClose(tiff);
+  return file.contents();
+}
+
+std::string pngSeed(int format) {
+  png_image image{};
+  image.version = PNG_IMAGE_VERSION;
+  image.width = 9;
+  image.height = 7;
+  image.format = static_cast<png_uint_32>(format);
+  const std::string pixels(std::size_t{9} * 7 * 8, '\x37');
+  std::string bytes(4096, '\0');
+  png_alloc_size_t size = bytes.size();
+  if (png_image_write_to_memory(&image, bytes.data(), &size, 0, pixels.data(), 0, nullptr) == 0) std::abort();
+  bytes.resize(size);
+  return bytes;
+}
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  static const MemoryFile file;
+  file.fill(data, size);
+  blockwalk::ImportOptions options;
+  options.memory_bytes = std::uint64_t{4} << 20;
+  try {
+    const auto source = blockwalk::openSource({file.path}, options);
+    const blockwalk::SourceInfo& info = source->info();
+    const auto row = static_cast<std::uint64_t>(info.dims.x) * blockwalk::voxelBytes(info.type);
+    std::vector<std::byte> rows(row);
+    std::uint64_t left = kMostBytes / row;
+    for (int z = 0; z < info.dims.z && left > 0; ++z) {
+      for (int y = 0; y < info.dims.y && left > 0; ++y, --left) source->readRows(z, y, 1, rows);
+    }
+  } catch (const blockwalk::DataError&) {
+    // Refused, as most input is.
+  }
+  return 0;
+}
+
+std::vector<std::string> fuzzSeeds() {
+  return {pngSeed(PNG_FORMAT_GRAY),
+          pngSeed(PNG_FORMAT_RGBA),
+          pngSeed(PNG_FORMAT_LINEAR_RGB_ALPHA),
+          tiffSeed(8, 1, COMPRESSION_NONE, 0, 2),
+          tiffSeed(16, 1, COMPRESSION_LZW, 0, 1),
+          tiffSeed(8, 3, COMPRESSION_ADOBE_DEFLATE, 16, 1),
+          tiffSeed(1, 1, COMPRESSION_CCITTFAX4, 0, 1),
+          tiffSeed(8, 3, COMPRESSION_JPEG, 16, 1)};
+}
