@@ -14,6 +14,12 @@
 #include <functional>
 #include <memory>
 
+// GCC 12 pairs a coroutine frame's operator delete with the wrong operator new when a sanitizer keeps both from
+// inlining.
+#if defined(__GNUC__) && !defined(__clang__)
+#pragma GCC diagnostic ignored "-Wmismatched-new-delete"
+#endif
+
 namespace blockwalk {
 
 namespace asio = boost::asio;

@@ -59,7 +59,7 @@ class Connection {
   asio::awaitable<error_code> send(const HttpReply& reply);
   asio::awaitable<Next> refuse(const HttpReply& reply);
   asio::awaitable<void> linger();
-  HttpReply parseFault(error_code error) const;
+  HttpReply parseFault(error_code error, const Parser& parser) const;
   static std::chrono::seconds seconds(std::int64_t count) { return std::chrono::seconds(count); }
 
   beast::tcp_stream stream_;
@@ -81,6 +81,12 @@ HttpRequest plainRequest(const Parser& parser) {
     request.fields.emplace_back(std::string(field.name_string()), std::string(field.value()));
   }
   return request;
+}
+
+// Else the client went away, or its time was up and the stream has closed the socket: nobody is there to be answered.
+bool isFaultOfRequest(error_code error) {
+  if (error == http::error::end_of_stream || error == http::error::partial_message) return false;
+  return error.category() == http::make_error_code(http::error::bad_method).category();
 }
 
 asio::awaitable<void> Connection::serve() {
@@ -110,13 +116,9 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
   is_first_ = false;
   error_code error;
   co_await http::async_read_header(stream_, buffer_, parser, keepError(error));
-  if (error == http::error::end_of_stream || error == http::error::partial_message) co_return Next::close;
-  if (error && error != beast::error::timeout && error.category() != http::make_error_code(http::error{}).category() &&
-      error != http::error::buffer_overflow) {
-    co_return Next::close;
-  }
+  if (error && !isFaultOfRequest(error)) co_return Next::close;
   ++context_.state.counters.requests;
-  if (error) co_return co_await refuse(parseFault(error));
+  if (error) co_return co_await refuse(parseFault(error, parser));
 
   HttpRequest request = plainRequest(parser);
   const bool close = request.version == 10 || request.hasToken("Connection", "close");
@@ -127,7 +129,8 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
   }
   if (!parser.is_done()) {
     error = co_await readBody(parser, request);
-    if (error) co_return co_await refuse(parseFault(error));
+    if (error && !isFaultOfRequest(error)) co_return Next::close;
+    if (error) co_return co_await refuse(parseFault(error, parser));
   }
   request.body = std::move(parser.get().body());
 
@@ -190,13 +193,14 @@ asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, c
     co_return reply;
   }
   const ImageJobLease lease(state);
-  MadeFrame made = co_await context_.frames.make({.client = client_,
-                                                  .volume = job.volume,
-                                                  .view = job.request.view,
-                                                  .format = job.request.format,
-                                                  .quality = job.request.quality,
-                                                  .count = true,
-                                                  .cancel = std::make_shared<std::atomic<bool>>(false)});
+  FrameOrder order{.client = client_,
+                   .volume = job.volume,
+                   .view = job.request.view,
+                   .format = job.request.format,
+                   .quality = job.request.quality,
+                   .count = true,
+                   .cancel = std::make_shared<std::atomic<bool>>(false)};
+  MadeFrame made = co_await context_.frames.make(std::move(order));
   if (made.cancelled) co_return problemReply({.status = 503, .detail = "the server is ending", .field = {}});
   HttpReply reply{.status = 200,
                   .type = std::string(imageMimeType(job.request.format)),
@@ -246,13 +250,10 @@ asio::awaitable<void> Connection::linger() {
   }
 }
 
-HttpReply Connection::parseFault(error_code error) const {
+HttpReply Connection::parseFault(error_code error, const Parser& parser) const {
   Problem problem{.status = 400, .detail = "not an HTTP request: " + error.message(), .field = {}};
-  if (error == beast::error::timeout) {
-    problem = {.status = 408, .detail = "the request did not arrive in time", .field = {}};
-  } else if (error == http::error::header_limit || error == http::error::buffer_overflow) {
-    const std::string_view seen(static_cast<const char*>(buffer_.data().data()), buffer_.size());
-    const bool in_line = seen.find('\n') == std::string_view::npos;
+  if (error == http::error::header_limit || error == http::error::buffer_overflow) {
+    const bool in_line = parser.get().target().empty();
     problem = {.status = in_line ? 414 : 431,
                .detail = fmt::format("a request's header has at most {} bytes", options_.header_limit),
                .field = in_line ? "target" : "header"};

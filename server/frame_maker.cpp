@@ -57,13 +57,14 @@ bool FrameMaker::hasRoom(const View& view) const {
 
 boost::asio::awaitable<MadeFrame> FrameMaker::make(FrameOrder order) {
   const auto room = std::make_shared<PixelLease>(state_, pixelCount(order.view));
-  RenderResult rendered = co_await awaitResult<RenderResult>([&](std::function<void(RenderResult)> done) {
+  const auto render = [&](std::function<void(RenderResult)> done) {
     renderer_.submit(order.client, {.volume = order.volume,
                                     .view = order.view,
                                     .count = order.count,
                                     .cancel = order.cancel,
                                     .done = std::move(done)});
-  });
+  };
+  RenderResult rendered = co_await awaitResult<RenderResult>(render);
   if (rendered.error) std::rethrow_exception(rendered.error);
   MadeFrame made{.cancelled = rendered.frame.cancelled,
                  .width = rendered.frame.width,
@@ -79,11 +80,12 @@ boost::asio::awaitable<MadeFrame> FrameMaker::make(FrameOrder order) {
   }
   ++state_.counters.frames;
   const auto frame = std::make_shared<const Frame>(std::move(rendered.frame));
-  EncodeResult encoded = co_await awaitResult<EncodeResult>([&](std::function<void(EncodeResult)> done) {
+  const auto encode = [&](std::function<void(EncodeResult)> done) {
     asio::post(encoders_, [frame, format = order.format, quality = order.quality, done = std::move(done)] {
       done(encodeTimed(*frame, format, quality));
     });
-  });
+  };
+  EncodeResult encoded = co_await awaitResult<EncodeResult>(encode);
   if (encoded.error) std::rethrow_exception(encoded.error);
   state_.counters.encode_seconds += encoded.ms / 1000;
   made.encode_ms = encoded.ms;

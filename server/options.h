@@ -16,11 +16,11 @@ namespace blockwalk {
 
 struct ServerOptions {
   std::string listen = "127.0.0.1:8080";
-  std::filesystem::path volumes;  // folder; every *.bwv in it is served
-  std::vector<std::filesystem::path> files;
-  std::filesystem::path token_file;
-  std::filesystem::path web_root;  // empty: beside the executable
-  std::string device;
+  std::filesystem::path volumes = {};  // folder; every *.bwv in it is served
+  std::vector<std::filesystem::path> files = {};
+  std::filesystem::path token_file = {};
+  std::filesystem::path web_root = {};  // empty: beside the executable
+  std::string device = {};
   bool no_ray_query = false;
   bool validation = false;
   // Bounds. Times are in seconds.

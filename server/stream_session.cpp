@@ -27,6 +27,7 @@ using WebSocket = websocket::stream<beast::tcp_stream>;
 constexpr std::size_t kMaxWaitingTexts = 16;
 constexpr int kMaxBadMessages = 256;  // in a row
 constexpr std::chrono::milliseconds kRoomTime{20};
+constexpr std::size_t kFragmentBytes = std::size_t{256} << 10;
 
 auto keepError(error_code& error) { return asio::redirect_error(asio::use_awaitable, error); }
 
@@ -308,18 +309,24 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
   if (final) push(statsMessage(step.id, last_seq_, made.stats));
 }
 
+// In fragments, so that a slow client has the send time for each and not for the whole.
 asio::awaitable<bool> StreamSession::send(asio::const_buffer bytes, bool text) {
   socket_.text(text);
-  send_timer_.expires_after(std::chrono::seconds(context_.state.options.send_time));
-  send_timer_.async_wait([self = shared_from_this()](error_code error) {
-    if (error) return;  // cancelled: it was sent in time
-    spdlog::info("stream closed: the client took nothing for the send time");
-    beast::get_lowest_layer(self->socket_).close();
-  });
-  error_code error;
-  co_await socket_.async_write(bytes, keepError(error));
-  send_timer_.cancel();
   context_.state.counters.sent_bytes += bytes.size();
+  error_code error;
+  do {
+    const asio::const_buffer fragment = asio::buffer(bytes, kFragmentBytes);
+    bytes += fragment.size();
+    send_timer_.expires_after(std::chrono::seconds(context_.state.options.send_time));
+    send_timer_.async_wait([weak = weak_from_this()](error_code cancelled) {
+      const auto self = weak.lock();
+      if (cancelled || !self) return;
+      spdlog::info("stream closed: the client took nothing for the send time");
+      beast::get_lowest_layer(self->socket_).close();
+    });
+    co_await socket_.async_write_some(bytes.size() == 0, fragment, keepError(error));
+    send_timer_.cancel();
+  } while (!error && bytes.size() > 0);
   co_return !error;
 }
 
@@ -376,6 +383,7 @@ asio::awaitable<void> serveStream(beast::tcp_stream stream, beast::http::request
     response.set(beast::http::field::sec_websocket_protocol, kStreamProtocol);
   }));
   socket.read_message_max(kMaxMessageBytes);
+  socket.auto_fragment(false);  // the session cuts messages itself
   error_code error;
   co_await socket.async_accept(upgrade, keepError(error));
   if (error) co_return;

@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+// Requests that must be refused: each with its status, a problem document and the field to blame, and a second client
+// is served after each.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "running_server.h"
+
+namespace blockwalk {
+namespace {
+
+RunningServer& sharedServer() {
+  static RunningServer server;
+  return server;
+}
+
+void expectServing() {
+  static WireClient second(sharedServer().port());
+  second.send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_EQ(second.readReply().status, 200);
+}
+
+void expectProblem(const WireReply& reply, int status, const std::string& field) {
+  ASSERT_EQ(reply.status, status) << reply.body;
+  EXPECT_EQ(reply.fields.at("content-type"), "application/problem+json");
+  const nlohmann::json problem = reply.json();
+  EXPECT_EQ(problem["status"], status);
+  EXPECT_EQ(problem["type"], "about:blank");
+  EXPECT_NE(problem["title"], "");
+  EXPECT_NE(problem["detail"], "");
+  EXPECT_EQ(problem.value("field", ""), field) << problem;
+  EXPECT_EQ(reply.fields.contains("allow"), status == 405);
+}
+
+struct BadBytes {
+  const char* name;
+  std::string bytes;
+  int status;
+  const char* field;
+  bool closes;  // the connection must end, with one reply
+};
+
+void PrintTo(const BadBytes& bad, std::ostream* out) { *out << bad.name; }
+
+std::string head(const std::string& line, const std::string& fields = "Host: localhost\r\n") {
+  return line + "\r\n" + fields + "\r\n";
+}
+
+std::string postHead(const std::string& fields) {
+  return "POST /api/v1/volumes/rock/image HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n" + fields +
+         "\r\n";
+}
+
+const std::string kNext = "GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n";
+
+const BadBytes kBadBytes[] = {
+    {"no_host", "GET / HTTP/1.1\r\n\r\n", 400, "Host", true},
+    {"two_hosts", head("GET / HTTP/1.1", "Host: localhost\r\nHost: localhost\r\n"), 400, "Host", true},
+    {"empty_host", head("GET / HTTP/1.1", "Host:\r\n"), 400, "Host", true},
+    {"host_with_user", head("GET / HTTP/1.1", "Host: a@localhost\r\n"), 400, "Host", true},
+    {"host_list", head("GET / HTTP/1.1", "Host: localhost,localhost\r\n"), 400, "Host", true},
+    {"host_with_path", head("GET / HTTP/1.1", "Host: localhost/x\r\n"), 400, "Host", true},
+    {"host_port_text", head("GET / HTTP/1.1", "Host: localhost:http\r\n"), 400, "Host", true},
+    {"host_open_bracket", head("GET / HTTP/1.1", "Host: [::1\r\n"), 400, "Host", true},
+    {"foreign_host", head("GET / HTTP/1.1", "Host: evil.example\r\n"), 403, "Host", true},
+    {"host_suffix", head("GET / HTTP/1.1", "Host: localhost.evil.example\r\n"), 403, "Host", true},
+    {"version_9", head("GET / HTTP/9.9"), 505, "version", true},
+    {"version_2_preface", "PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n", 505, "version", true},
+    {"no_version", "GET /\r\n\r\n", 400, "", true},
+    {"random_bytes", std::string("\x16\x03\x01\x02\x00\x01\x00\x01\xfc\x03\x03\r\n\r\n", 15), 400, "", true},
+    {"absolute_form", head("GET http://localhost/ HTTP/1.1"), 400, "target", true},
+    {"connect", head("CONNECT localhost:80 HTTP/1.1"), 400, "target", true},
+    {"star_get", head("GET * HTTP/1.1"), 400, "target", true},
+    {"fragment", head("GET /#x HTTP/1.1"), 400, "target", true},
+    {"unknown_method", head("BREW / HTTP/1.1"), 501, "method", true},
+    {"lower_method", head("get / HTTP/1.1"), 501, "method", true},
+    {"length_negative", postHead("Content-Length: -1\r\n") + kNext, 400, "Content-Length", true},
+    {"length_plus", postHead("Content-Length: +5\r\n") + kNext, 400, "Content-Length", true},
+    {"length_hex", postHead("Content-Length: 0x10\r\n") + kNext, 400, "Content-Length", true},
+    {"length_list", postHead("Content-Length: 5,5\r\n") + kNext, 400, "Content-Length", true},
+    {"length_twice", postHead("Content-Length: 2\r\nContent-Length: 2\r\n") + "{}" + kNext, 400, "Content-Length",
+     true},
+    {"length_10_30", postHead("Content-Length: 1000000000000000000000000000000\r\n"), 400, "Content-Length", true},
+    {"length_large", postHead("Content-Length: 10000000000\r\n"), 413, "body", true},
+    {"length_expected", postHead("Content-Length: 10000000000\r\nExpect: 100-continue\r\n"), 413, "body", true},
+    {"expect_other", postHead("Content-Length: 2\r\nExpect: tea\r\n") + "{}", 417, "Expect", true},
+    {"coding_and_length", postHead("Transfer-Encoding: chunked\r\nContent-Length: 3\r\n") + "0\r\n\r\n" + kNext, 400,
+     "Content-Length", true},
+    {"coding_last_other", postHead("Transfer-Encoding: chunked, gzip\r\n") + kNext, 501, "Transfer-Encoding", true},
+    {"coding_unknown", postHead("Transfer-Encoding: xchunked\r\n") + kNext, 501, "Transfer-Encoding", true},
+    {"coding_identity", postHead("Transfer-Encoding: identity\r\n") + kNext, 501, "Transfer-Encoding", true},
+    {"coding_empty", postHead("Transfer-Encoding:\r\n") + kNext, 501, "Transfer-Encoding", true},
+    {"coding_twice", postHead("Transfer-Encoding: chunked\r\nTransfer-Encoding: chunked\r\n") + "0\r\n\r\n" + kNext,
+     400, "Transfer-Encoding", true},
+    {"coding_old",
+     head("POST /api/v1/volumes/rock/image HTTP/1.0", "Host: localhost\r\nTransfer-Encoding: chunked\r\n"), 400,
+     "Transfer-Encoding", true},
+    {"chunk_negative", postHead("Transfer-Encoding: chunked\r\n") + "-1\r\n{}\r\n0\r\n\r\n", 400, "", true},
+    {"chunk_17_hex", postHead("Transfer-Encoding: chunked\r\n") + "00000000000000010000000000000000\r\n{", 400, "",
+     true},
+    {"chunk_bare_lf", postHead("Transfer-Encoding: chunked\r\n") + "2\n{}\r\n0\r\n\r\n", 400, "", true},
+    {"chunk_huge", postHead("Transfer-Encoding: chunked\r\n") + "7fffffff\r\n{", 413, "body", true},
+    {"long_line", "GET /" + std::string(200000, 'a') + " HTTP/1.1\r\n", 414, "target", true},
+    {"long_field", "GET / HTTP/1.1\r\nHost: localhost\r\nX: " + std::string(100000, 'a') + "\r\n\r\n", 431, "header",
+     true},
+    {"field_no_colon", head("GET / HTTP/1.1", "Host: localhost\r\nnonsense\r\n"), 400, "", true},
+    {"field_space", head("GET / HTTP/1.1", "Host : localhost\r\n"), 400, "", true},
+    {"put", head("PUT /api/v1/volumes HTTP/1.1"), 405, "method", false},
+    {"delete_volume", head("DELETE /api/v1/volumes/rock HTTP/1.1"), 405, "method", false},
+    {"put_image", head("PUT /api/v1/volumes/rock/image HTTP/1.1"), 405, "method", false},
+    {"post_stream", head("POST /api/v1/volumes/rock/stream HTTP/1.1", "Host: localhost\r\nContent-Length: 0\r\n"), 405,
+     "method", false},
+    {"post_no_length", postHead(""), 411, "Content-Length", false},
+    {"post_text",
+     "POST /api/v1/volumes/rock/image HTTP/1.1\r\nHost: localhost\r\nContent-Type: text/plain\r\n"
+     "Content-Length: 2\r\n\r\n{}",
+     415, "Content-Type", false},
+    {"post_no_type", "POST /api/v1/volumes/rock/image HTTP/1.1\r\nHost: localhost\r\nContent-Length: 2\r\n\r\n{}", 415,
+     "Content-Type", false},
+    {"accept_json_html", head("GET /api/v1/volumes HTTP/1.1", "Host: localhost\r\nAccept: text/html\r\n"), 406,
+     "Accept", false},
+    {"accept_image", head("GET /api/v1/volumes/rock/image HTTP/1.1", "Host: localhost\r\nAccept: image/webp\r\n"), 406,
+     "Accept", false},
+    {"up_path", head("GET /api/v1/volumes/../../etc/passwd HTTP/1.1"), 404, "id", false},
+    {"up_path_encoded", head("GET /%2e%2e/%2e%2e/etc/passwd HTTP/1.1"), 404, "", false},
+    {"nul_path", head("GET /%00 HTTP/1.1"), 404, "", false},
+    {"page_none", head("GET / HTTP/1.1"), 404, "", false},
+    {"api_none", head("GET /api/v1/nothing HTTP/1.1"), 404, "", false},
+    {"volume_none", head("GET /api/v1/volumes/none HTTP/1.1"), 404, "id", false},
+    {"volume_part_none", head("GET /api/v1/volumes/rock/none HTTP/1.1"), 404, "", false},
+    {"list_query", head("GET /api/v1/volumes?x=1 HTTP/1.1"), 400, "query", false},
+    {"stream_plain", head("GET /api/v1/volumes/rock/stream HTTP/1.1"), 426, "Upgrade", false},
+};
+
+class BadRequests : public testing::TestWithParam<BadBytes> {};
+
+TEST_P(BadRequests, AreRefusedOnce) {
+  const BadBytes& bad = GetParam();
+  WireClient client(sharedServer().port());
+  client.send(bad.bytes);
+  const WireReply reply = client.readReply();
+  expectProblem(reply, bad.status, bad.field);
+  if (bad.closes) {
+    client.finishSending();
+    EXPECT_EQ(client.readReply().status, 0) << "answered twice";
+  } else {
+    client.send(kNext);
+    EXPECT_EQ(client.readReply().status, 200) << "the connection is out of step";
+  }
+  expectServing();
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, BadRequests, testing::ValuesIn(kBadBytes),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+struct BadView {
+  const char* query;
+  const char* field;
+};
+
+const BadView kBadViews[] = {
+    {"size=0x1", "size"},
+    {"size=8193x1", "size"},
+    {"size=5", "size"},
+    {"sise=5x5", "sise"},
+    {"fov=0", "fov"},
+    {"fov=180", "fov"},
+    {"fov=40&fov=40", "fov"},
+    {"fov=30&ortho=2", "ortho"},
+    {"ortho=-1", "ortho"},
+    {"eye=1,2", "eye"},
+    {"eye=nan,0,0", "eye"},
+    {"eye=1e400,0,0", "eye"},
+    {"eye=1,2,3&target=1,2,3", "target"},
+    {"up=0,0,0", "up"},
+    {"eye=0,9,0&target=0,0,0&up=0,1,0", "up"},
+    {"range=10:5", "range"},
+    {"range=nan:nan", "range"},
+    {"mode=mip", "mode"},
+    {"mode=iso", "mode"},
+    {"filter=linear", "filter"},
+    {"step=0", "step"},
+    {"extinction=-1", "extinction"},
+    {"tf=0:000000:0,1:ffffff:1", "tf"},
+    {"tf=0:000000:2", "tf"},
+    {"lit=on", "lit"},
+    {"iso=3", "iso"},
+    {"clip=1,1,1,0,0,0", "clip"},
+    {"level=17", "level"},
+    {"level=-1", "level"},
+    {"background=red", "background"},
+    {"finder=octree", "finder"},
+    {"walk=maybe", "walk"},
+    {"output=depth", "output"},
+    {"format=webp", "format"},
+    {"quality=0", "quality"},
+    {"%zz=1", "query"},
+    {"fov", "query"},
+    {"fov=%4", "query"},
+};
+
+class BadViews : public testing::TestWithParam<BadView> {};
+
+TEST_P(BadViews, NameTheField) {
+  const auto reply = get(sharedServer().port(), std::string("/api/v1/volumes/rock/image?") + GetParam().query);
+  expectProblem(reply, 400, GetParam().field);
+  expectServing();
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, BadViews, testing::ValuesIn(kBadViews));
+
+struct BadBody {
+  const char* body;
+  const char* field;
+};
+
+const BadBody kBadBodies[] = {
+    {"", "body"},
+    {"{", "body"},
+    {"[]", "view"},
+    {"5", "view"},
+    {"\xef\xbb\xbf{}", "body"},
+    {R"({"fov":30,"fov":30})", "body"},
+    {R"({"fov":1e400})", "body"},
+    {R"({"eye":["\ud800"]})", "body"},
+    {R"({"eye":null})", "eye"},
+    {R"({"eye":[1,2]})", "eye"},
+    {R"({"eye":{"x":1}})", "eye"},
+    {R"({"walk":1})", "walk"},
+    {R"({"range":[10,5]})", "range"},
+    {R"({"nonsense":1})", "nonsense"},
+    {R"({"type":"view"})", "type"},
+};
+
+class BadBodies : public testing::TestWithParam<BadBody> {};
+
+TEST_P(BadBodies, NameTheField) {
+  const auto reply = post(sharedServer().port(), "/api/v1/volumes/rock/image", GetParam().body);
+  expectProblem(reply, 400, GetParam().field);
+  expectServing();
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, BadBodies, testing::ValuesIn(kBadBodies));
+
+TEST(BadBodies, DeepNestingIsRefusedByItsDepth) {
+  const auto reply = post(sharedServer().port(), "/api/v1/volumes/rock/image", std::string(500000, '['));
+  expectProblem(reply, 400, "body");
+  EXPECT_THAT(reply.body, testing::HasSubstr("deeper than 32"));
+}
+
+struct BadUpgrade {
+  const char* name;
+  const char* remove;   // a line of the upgrade that is left out
+  const char* replace;  // and what stands instead
+  int status;
+  const char* field;
+};
+
+void PrintTo(const BadUpgrade& bad, std::ostream* out) { *out << bad.name; }
+
+const BadUpgrade kBadUpgrades[] = {
+    {"no_key", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n", "", 400, "Sec-WebSocket-Key"},
+    {"short_key", "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n", "Sec-WebSocket-Key: dGhl\r\n", 400,
+     "Sec-WebSocket-Key"},
+    {"version_12", "Sec-WebSocket-Version: 13\r\n", "Sec-WebSocket-Version: 12\r\n", 426, "Sec-WebSocket-Version"},
+    {"no_version", "Sec-WebSocket-Version: 13\r\n", "", 426, "Sec-WebSocket-Version"},
+    {"other_protocol", "Sec-WebSocket-Protocol: blockwalk.v1\r\n", "Sec-WebSocket-Protocol: chat\r\n", 400,
+     "Sec-WebSocket-Protocol"},
+    {"no_protocol", "Sec-WebSocket-Protocol: blockwalk.v1\r\n", "", 400, "Sec-WebSocket-Protocol"},
+    {"no_connection", "Connection: Upgrade\r\n", "", 426, "Upgrade"},
+    {"foreign_origin", "Host: localhost\r\n", "Host: localhost\r\nOrigin: http://evil.example\r\n", 403, "Origin"},
+    {"null_origin", "Host: localhost\r\n", "Host: localhost\r\nOrigin: null\r\n", 403, "Origin"},
+    {"other_port_origin", "Host: localhost\r\n", "Host: localhost\r\nOrigin: http://localhost:99\r\n", 403, "Origin"},
+    {"no_volume", "/rock/", "/none/", 404, "id"},
+};
+
+class BadUpgrades : public testing::TestWithParam<BadUpgrade> {};
+
+TEST_P(BadUpgrades, GetNo101) {
+  std::string bytes = upgradeHead("rock");
+  const std::size_t at = bytes.find(GetParam().remove);
+  ASSERT_NE(at, std::string::npos);
+  bytes.replace(at, std::string_view(GetParam().remove).size(), GetParam().replace);
+  expectProblem(request(sharedServer().port(), bytes + "\r\n"), GetParam().status, GetParam().field);
+  expectServing();
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, BadUpgrades, testing::ValuesIn(kBadUpgrades),
+                         [](const auto& test) { return std::string(test.param.name); });
+
+}  // namespace
+}  // namespace blockwalk

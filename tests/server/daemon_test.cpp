@@ -1,0 +1,181 @@
+// SPDX-License-Identifier: Apache-2.0
+// The program itself: its command line, its signals, and the real renderer behind it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+
+#include "running_server.h"
+
+namespace blockwalk {
+namespace {
+
+const char* const kDaemon = BLOCKWALK_BINARY_DIR "/blockwalkd";
+
+// A running program whose output, both streams together, is read through a pipe.
+class Process {
+ public:
+  explicit Process(std::vector<std::string> arguments) {
+    std::array<int, 2> pipe_ends{};
+    EXPECT_EQ(pipe(pipe_ends.data()), 0);
+    arguments.insert(arguments.begin(), kDaemon);
+    std::vector<char*> pointers;
+    for (std::string& argument : arguments) pointers.push_back(argument.data());
+    pointers.push_back(nullptr);
+    id_ = fork();
+    if (id_ == 0) {
+      dup2(pipe_ends[1], STDOUT_FILENO);
+      dup2(pipe_ends[1], STDERR_FILENO);
+      close(pipe_ends[0]);
+      close(pipe_ends[1]);
+      execv(kDaemon, pointers.data());
+      _exit(127);
+    }
+    close(pipe_ends[1]);
+    output_ = pipe_ends[0];
+  }
+  ~Process() {
+    if (id_ > 0) {
+      kill(id_, SIGKILL);
+      waitpid(id_, nullptr, 0);
+    }
+    close(output_);
+  }
+  Process(const Process&) = delete;
+  Process& operator=(const Process&) = delete;
+
+  void signal(int number) { kill(id_, number); }
+
+  // Until `text` is in the output; false when the program ends without it.
+  bool readUntil(const std::string& text) {
+    std::array<char, 4096> bytes{};
+    while (seen_.find(text) == std::string::npos) {
+      const ssize_t count = ::read(output_, bytes.data(), bytes.size());
+      if (count <= 0) return false;
+      seen_.append(bytes.data(), static_cast<std::size_t>(count));
+    }
+    return true;
+  }
+
+  int wait() {
+    readUntil("\xff never");
+    int status = 0;
+    waitpid(id_, &status, 0);
+    id_ = -1;
+    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
+  }
+
+  std::uint16_t port() {
+    if (!readUntil("listening on http://127.0.0.1:") || !readUntil("/\n")) return 0;
+    const std::size_t at = seen_.find("listening on http://127.0.0.1:") + 30;
+    return static_cast<std::uint16_t>(std::stoi(seen_.substr(at)));
+  }
+
+  const std::string& seen() const { return seen_; }
+
+ private:
+  pid_t id_ = -1;
+  int output_ = -1;
+  std::string seen_;
+};
+
+class Daemon : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(std::filesystem::exists(kDaemon)) << "build the target blockwalkd"; }
+};
+
+bool waitReady(std::uint16_t port) {
+  return eventually([&] { return get(port, "/readyz").status == 200; });
+}
+
+TEST_F(Daemon, WrongUsageExitsWith2) {
+  const std::vector<std::pair<std::vector<std::string>, std::string>> wrong = {
+      {{"--nonsense"}, "--nonsense"},
+      {{"--listen", "0.0.0.0:0"}, "--token-file"},
+      {{"--volumes", "/nonexistent"}, "--volumes"},
+      {{"--tls-cert", "x"}, "unknown option"},
+  };
+  for (const auto& [arguments, says] : wrong) {
+    Process daemon(arguments);
+    EXPECT_EQ(daemon.wait(), 2);
+    EXPECT_THAT(daemon.seen(), testing::HasSubstr(says));
+  }
+}
+
+TEST_F(Daemon, HelpListsEveryOption) {
+  Process daemon({"--help"});
+  EXPECT_EQ(daemon.wait(), 0);
+  for (const ServerOption& option : serverOptions()) {
+    EXPECT_THAT(daemon.seen(), testing::HasSubstr("--" + std::string(option.name)));
+  }
+}
+
+TEST_F(Daemon, AnAddressInUseExitsWith1) {
+  Process first({"--listen", "127.0.0.1:0", sampleVolume("rock").string()});
+  const std::uint16_t port = first.port();
+  ASSERT_NE(port, 0);
+  Process second({"--listen", fmt::format("127.0.0.1:{}", port)});
+  EXPECT_EQ(second.wait(), 1);
+  EXPECT_THAT(second.seen(), testing::HasSubstr("cannot listen"));
+}
+
+TEST_F(Daemon, AnUnknownDeviceExitsWith1) {
+  Process daemon({"--listen", "127.0.0.1:0", "--device", "no such device"});
+  EXPECT_EQ(daemon.wait(), 1);
+  EXPECT_THAT(daemon.seen(), testing::HasSubstr("no such device"));
+}
+
+TEST_F(Daemon, RendersWithTheRealRendererAndDrainsOnSigterm) {
+  Process daemon(
+      {"--listen", "127.0.0.1:0", "--validation", sampleVolume("rock").string(), sampleVolume("smoke").string()});
+  const std::uint16_t port = daemon.port();
+  ASSERT_NE(port, 0);
+  ASSERT_TRUE(waitReady(port));
+  const auto black = get(port, "/api/v1/volumes/rock/image?size=64x64&format=raw&extinction=0");
+  const auto image = get(port, "/api/v1/volumes/rock/image?size=64x64&format=raw");
+  ASSERT_EQ(image.status, 200) << image.body;
+  EXPECT_EQ(image.body.size(), 64u * 64u * 4u);
+  EXPECT_NE(image.body, black.body);
+  EXPECT_EQ(get(port, "/api/v1/volumes/smoke/image?size=32x32&format=jpeg").status, 200);
+
+  StreamClient stream(port, "rock");
+  stream.readText("hello");
+  stream.sendText(R"({"type":"view","id":1,"size":[64,64]})");
+  EXPECT_EQ(stream.readFrame()["id"], 1);
+  const auto begin = std::chrono::steady_clock::now();
+  daemon.signal(SIGTERM);
+  std::optional<WireMessage> message;
+  do message = stream.read();
+  while (message && message->opcode != 8);
+  ASSERT_TRUE(message.has_value());
+  EXPECT_EQ(message->closeCode(), 1001);
+  EXPECT_EQ(daemon.wait(), 0) << daemon.seen();
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(6));
+  EXPECT_THAT(daemon.seen(), testing::Not(testing::HasSubstr("VUID")));
+}
+
+TEST_F(Daemon, ASecondSignalEndsAtOnce) {
+  Process daemon({"--listen", "127.0.0.1:0", sampleVolume("rock").string()});
+  const std::uint16_t port = daemon.port();
+  ASSERT_NE(port, 0);
+  ASSERT_TRUE(waitReady(port));
+  // A request that never ends its body keeps the drain waiting.
+  WireClient slow(port);
+  slow.send(
+      "POST /api/v1/volumes/rock/image HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n"
+      "Content-Length: 100\r\n\r\n{");
+  EXPECT_TRUE(eventually([&] { return get(port, "/metrics").body.find("open_connections 2") != std::string::npos; }));
+  const auto begin = std::chrono::steady_clock::now();
+  daemon.signal(SIGTERM);
+  ASSERT_TRUE(daemon.readUntil("draining"));
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 1);
+  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(3));
+}
+
+}  // namespace
+}  // namespace blockwalk

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+// A renderer for tests of the server: quick, deterministic, and as slow or broken as a test asks for.
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "renderer/renderer.h"
+
+namespace blockwalk {
+
+// Shared by the test and the renderer's thread.
+struct FakeControl {
+  std::atomic<int> bands = 1;        // of each frame
+  std::atomic<int> band_ms = 0;      // at the frame's full size; fewer pixels take less
+  std::atomic<int> full_pixels = 0;  // of the size that band_ms is for; 0: every size takes it
+  std::atomic<bool> hold_load = false;
+  std::atomic<bool> fail_device = false;  // render() throws DeviceError
+  std::atomic<bool> fail_memory = false;  // render() throws bad_alloc
+  std::atomic<int> started = 0;
+  std::atomic<int> finished = 0;
+  std::atomic<int> cancelled = 0;
+};
+
+class FakeVolume final : public ResidentVolume {
+ public:
+  explicit FakeVolume(VolumeFile file) : file_(std::move(file)) {}
+  const VolumeInfo& info() const override { return file_.info(); }
+  std::uint64_t deviceBytes() const override { return 1; }
+
+ private:
+  VolumeFile file_;
+};
+
+class FakeRenderer final : public Renderer {
+ public:
+  explicit FakeRenderer(std::shared_ptr<FakeControl> control) : control_(std::move(control)) {}
+
+  DeviceInfo device() const override {
+    return {.name = "fake", .driver = "none", .driver_version = "1", .api_version = "1", .kind = "software"};
+  }
+
+  std::unique_ptr<ResidentVolume> load(VolumeFile file) override {
+    while (control_->hold_load) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    return std::make_unique<FakeVolume>(std::move(file));
+  }
+
+  // A gradient that tells views apart: the eye's x and the size are in every pixel.
+  Frame render(ResidentVolume& volume, const View& view, const RenderOptions& options) override {
+    ++control_->started;
+    if (control_->fail_device) throw DeviceError("the fake device was told to refuse");
+    if (control_->fail_memory) throw std::bad_alloc();
+    const View resolved = resolveView(view, volume.info());
+    Frame frame{.width = view.width, .height = view.height, .pixels = {}, .probes = {}, .stats = {}};
+    const double share = control_->full_pixels == 0 ? 1 : double{1} * view.width * view.height / control_->full_pixels;
+    for (int band = 0; band < control_->bands; ++band) {
+      std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(share * control_->band_ms));
+      if (options.cancel != nullptr && *options.cancel) {
+        ++control_->cancelled;
+        frame.cancelled = true;
+        return frame;
+      }
+    }
+    const auto tint = static_cast<std::uint32_t>(std::abs(resolved.eye.value().x) * 1000) & 0xff;
+    frame.pixels.reserve(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height));
+    for (int y = 0; y < view.height; ++y) {
+      for (int x = 0; x < view.width; ++x) {
+        frame.pixels.push_back(static_cast<std::uint32_t>(x & 0xff) | static_cast<std::uint32_t>(y & 0xff) << 8 |
+                               tint << 16 | 0xff000000u);
+      }
+    }
+    frame.stats = {.gpu_ms = 1, .total_ms = 1, .rays = frame.pixels.size(), .finder = "grid", .kernel = "fake"};
+    ++control_->finished;
+    return frame;
+  }
+
+ private:
+  std::shared_ptr<FakeControl> control_;
+};
+
+}  // namespace blockwalk

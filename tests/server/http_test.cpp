@@ -1,0 +1,268 @@
+// SPDX-License-Identifier: Apache-2.0
+// What HTTP gives when nothing is wrong, and how it behaves when it is slow, full or ending.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "running_server.h"
+
+namespace blockwalk {
+namespace {
+
+using nlohmann::json;
+constexpr const char* kImage = "/api/v1/volumes/rock/image";
+
+TEST(Http, ListsAndDescribesVolumes) {
+  RunningServer server({.files = {sampleVolume("rock"), sampleVolume("smoke"), sampleVolume("rock")}});
+  const json list = get(server.port(), "/api/v1/volumes").json();
+  ASSERT_EQ(list["volumes"].size(), 3u);
+  EXPECT_EQ(list["volumes"][0]["id"], "rock");
+  EXPECT_EQ(list["volumes"][1]["id"], "smoke");
+  EXPECT_EQ(list["volumes"][1]["type"], "f32");
+  EXPECT_EQ(list["volumes"][2]["id"], "rock-2");
+  EXPECT_EQ(list["volumes"][0]["state"], "ready");
+  const json smoke = get(server.port(), "/api/v1/volumes/smoke").json();
+  EXPECT_EQ(smoke["id"], "smoke");
+  EXPECT_EQ(smoke["histogram"]["counts"].size(), 256u);
+  EXPECT_TRUE(smoke["default_view"].contains("tf"));
+  EXPECT_EQ(get(server.port(), "/api/v1/device").json()["name"], "fake");
+  EXPECT_THAT(get(server.port(), "/metrics").body, testing::HasSubstr("blockwalk_requests_total"));
+}
+
+TEST(Http, GetAndPostGiveTheSameImage) {
+  RunningServer server;
+  const auto got = get(server.port(), std::string(kImage) + "?size=40x30&eye=5,1,2&range=10:200&walk=off");
+  const auto posted = post(server.port(), kImage, R"({"size":[40,30],"eye":[5,1,2],"range":[10,200],"walk":false})");
+  ASSERT_EQ(got.status, 200);
+  ASSERT_EQ(posted.status, 200);
+  EXPECT_EQ(got.fields.at("content-type"), "image/png");
+  EXPECT_TRUE(got.body.starts_with("\x89PNG"));
+  EXPECT_EQ(got.body, posted.body);
+  EXPECT_EQ(got.fields.at("etag"), posted.fields.at("etag"));
+  EXPECT_EQ(json::parse(got.fields.at("x-blockwalk-stats"))["rays"], 1200);
+  const auto raw = get(server.port(), std::string(kImage) + "?size=40x30&format=raw");
+  EXPECT_EQ(raw.body.size(), 4800u);
+  EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x3&format=jpeg").fields.at("content-type"), "image/jpeg");
+}
+
+TEST(Http, AnImageThatIsKnownIsNotRenderedAgain) {
+  RunningServer server;
+  const std::string target = std::string(kImage) + "?size=8x8";
+  const auto first = get(server.port(), target);
+  const int rendered = server.control().started;
+  const std::string tag = first.fields.at("etag");
+  const auto again = get(server.port(), target, "If-None-Match: \"x\", " + tag + "\r\n");
+  EXPECT_EQ(again.status, 304);
+  EXPECT_EQ(again.fields.at("etag"), tag);
+  EXPECT_EQ(again.body, "");
+  EXPECT_EQ(server.control().started, rendered);
+  // Another spelling of the same view is the same image; another view is not.
+  EXPECT_EQ(get(server.port(), target + "&fov=4e1", "If-None-Match: " + tag + "\r\n").status, 304);
+  EXPECT_EQ(get(server.port(), target + "&fov=41", "If-None-Match: " + tag + "\r\n").status, 200);
+}
+
+TEST(Http, HeadAndOptions) {
+  RunningServer server;
+  WireClient client(server.port());
+  client.send("HEAD /api/v1/volumes HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  const auto head = client.readReply(false);
+  EXPECT_EQ(head.status, 200);
+  EXPECT_NE(head.fields.at("content-length"), "0");
+  client.send(fmt::format("HEAD {} HTTP/1.1\r\nHost: localhost\r\n\r\n", kImage));
+  EXPECT_TRUE(client.readReply(false).fields.contains("etag"));
+  EXPECT_EQ(server.control().started, 0);
+  client.send("OPTIONS * HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_EQ(client.readReply().status, 204);
+  client.send(fmt::format("OPTIONS {} HTTP/1.1\r\nHost: localhost\r\n\r\n", kImage));
+  EXPECT_EQ(client.readReply().fields.at("allow"), "GET, HEAD, POST, OPTIONS");
+  client.send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_EQ(client.readReply().status, 200) << "the connection is still in step";
+}
+
+TEST(Http, PipelinedRequestsAreAnsweredInOrder) {
+  RunningServer server;
+  WireClient client(server.port());
+  std::string requests;
+  constexpr int kCount = 300;
+  for (int i = 1; i <= kCount; ++i) {
+    requests += fmt::format("GET {}?size={}x1&format=raw HTTP/1.1\r\nHost: localhost\r\n\r\n", kImage, i);
+  }
+  client.send(requests);
+  client.finishSending();
+  for (int i = 1; i <= kCount; ++i) {
+    const auto reply = client.readReply();
+    ASSERT_EQ(reply.status, 200) << i;
+    ASSERT_EQ(reply.body.size(), static_cast<std::size_t>(i) * 4);
+  }
+  EXPECT_TRUE(client.atEnd());
+}
+
+TEST(Http, ChunkedAndExpectedBodies) {
+  RunningServer server;
+  WireClient client(server.port());
+  const std::string head =
+      fmt::format("POST {} HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\n", kImage);
+  client.send(head + "Transfer-Encoding: chunked\r\n\r\n9\r\n{\"size\":[\r\n5\r\n4,4]}\r\n0\r\n\r\n");
+  EXPECT_EQ(client.readReply().status, 200);
+  client.send(head + "Content-Length: 14\r\nExpect: 100-continue\r\n\r\n");
+  EXPECT_EQ(client.readReply(false).status, 100);
+  client.send(R"({"size":[4,4]})");
+  EXPECT_EQ(client.readReply().status, 200);
+}
+
+TEST(Http, OldAndClosingConnectionsEnd) {
+  RunningServer server;
+  for (const char* text :
+       {"GET /healthz HTTP/1.0\r\n\r\n", "GET /healthz HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n"}) {
+    WireClient client(server.port());
+    client.send(text);
+    EXPECT_EQ(client.readReply().status, 200);
+    EXPECT_TRUE(client.atEnd());
+  }
+}
+
+TEST(Http, AHeaderMustArriveInTime) {
+  ServerOptions options;
+  options.header_time = 1;
+  RunningServer server(options);
+  const auto begin = std::chrono::steady_clock::now();
+  WireClient silent(server.port());
+  WireClient slow(server.port());
+  std::thread dripping([&] {
+    for (char c : std::string_view("GET /healthz HTTP")) {
+      slow.send(std::string_view(&c, 1));
+      std::this_thread::sleep_for(std::chrono::milliseconds(150));
+    }
+  });
+  EXPECT_TRUE(silent.atEnd());
+  EXPECT_TRUE(slow.atEnd());
+  const auto took = std::chrono::steady_clock::now() - begin;
+  EXPECT_LT(took, std::chrono::milliseconds(2400)) << "bytes that drip do not extend the time";
+  dripping.join();
+  EXPECT_EQ(get(server.port(), "/healthz").status, 200);
+}
+
+TEST(Http, ImagesBeyondTheQueueAreRefused) {
+  ServerOptions options;
+  options.max_image_jobs = 2;
+  RunningServer server(options);
+  server.control().band_ms = 300;
+  std::vector<WireClient> clients;
+  for (int i = 0; i < 2; ++i) {
+    clients.emplace_back(server.port());
+    clients.back().send(fmt::format("GET {}?size=4x4&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kImage, 30 + i));
+  }
+  EXPECT_TRUE(eventually([&] { return server.control().started > 0; }));
+  EXPECT_TRUE(eventually(
+      [&] { return get(server.port(), "/metrics").body.find("blockwalk_image_jobs 2") != std::string::npos; }));
+  const auto third = get(server.port(), std::string(kImage) + "?size=4x4");
+  EXPECT_EQ(third.status, 429);
+  EXPECT_EQ(third.fields.at("retry-after"), "1");
+  for (auto& client : clients) EXPECT_EQ(client.readReply().status, 200);
+  EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x4").status, 200);
+}
+
+TEST(Http, HugeImagesShareTheMemoryThatThereIs) {
+  RunningServer server({.max_megapixels = 68});
+  server.control().band_ms = 300;
+  WireClient first(server.port());
+  first.send(fmt::format("GET {}?size=8192x4096&format=jpeg HTTP/1.1\r\nHost: localhost\r\n\r\n", kImage));
+  EXPECT_TRUE(eventually([&] { return server.control().started > 0; }));
+  EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=8192x8192").status, 429);
+  EXPECT_EQ(first.readReply().status, 200);
+}
+
+TEST(Http, FailuresOfTheDeviceAreNotTheClients) {
+  RunningServer server;
+  server.control().fail_device = true;
+  EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x4").status, 503);
+  server.control().fail_device = false;
+  server.control().fail_memory = true;
+  EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x4").status, 503);
+  server.control().fail_memory = false;
+  EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x4").status, 200);
+}
+
+TEST(Http, ReadinessFollowsTheVolumes) {
+  RunningServer server({}, false);
+  EXPECT_EQ(get(server.port(), "/healthz").status, 200);
+  const auto loading = get(server.port(), "/readyz");
+  EXPECT_EQ(loading.status, 503);
+  EXPECT_EQ(loading.json()["volumes"]["rock"], "loading");
+  const auto early = get(server.port(), std::string(kImage) + "?size=4x4");
+  EXPECT_EQ(early.status, 503);
+  EXPECT_TRUE(early.fields.contains("retry-after"));
+  server.waitReady();
+  EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x4").status, 200);
+}
+
+TEST(Http, AFileThatFailsIsReportedAndTheRestServes) {
+  const auto broken = scratchFolder() / "broken file.bwv";
+  std::ofstream(broken) << "this is no volume";
+  RunningServer server({.files = {broken, sampleVolume("rock")}});
+  const json list = get(server.port(), "/api/v1/volumes").json();
+  EXPECT_EQ(list["volumes"][0]["id"], "broken-file");
+  EXPECT_EQ(list["volumes"][0]["state"], "failed");
+  EXPECT_NE(list["volumes"][0]["error"], "");
+  EXPECT_EQ(list["volumes"][1]["state"], "ready");
+  EXPECT_EQ(get(server.port(), "/api/v1/volumes/broken-file/image").status, 503);
+  EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x4").status, 200);
+}
+
+TEST(Http, ServesThePageFromMemory) {
+  const auto root = scratchFolder() / "page";
+  std::filesystem::create_directories(root / "assets");
+  std::ofstream(root / "index.html") << "<title>Blockwalk</title>";
+  std::ofstream(root / "assets" / "app.js") << "let x = 1;";
+  RunningServer server({.web_root = root});
+  std::ofstream(root / "index.html") << "changed";
+  const auto page = get(server.port(), "/");
+  EXPECT_EQ(page.body, "<title>Blockwalk</title>");
+  EXPECT_EQ(page.fields.at("content-type"), "text/html; charset=utf-8");
+  EXPECT_EQ(get(server.port(), "/assets/app.js?v=1").body, "let x = 1;");
+  EXPECT_EQ(get(server.port(), "/", "If-None-Match: " + page.fields.at("etag") + "\r\n").status, 304);
+}
+
+TEST(Http, ATokenIsAskedForWhereThereIsOne) {
+  const auto token_file = scratchFolder() / "server-token";
+  std::ofstream(token_file) << "0123456789abcdef\n";
+  RunningServer server({.token_file = token_file});
+  const auto refused = get(server.port(), "/api/v1/volumes");
+  EXPECT_EQ(refused.status, 401);
+  EXPECT_EQ(refused.fields.at("www-authenticate"), "Bearer");
+  EXPECT_EQ(get(server.port(), "/api/v1/volumes", "Authorization: Bearer 0123456789abcdee\r\n").status, 401);
+  EXPECT_EQ(get(server.port(), "/api/v1/volumes", "Authorization: Bearer 0123456789abcdef0\r\n").status, 401);
+  EXPECT_EQ(get(server.port(), "/api/v1/volumes", "Authorization: Bearer 0123456789abcdef\r\n").status, 200);
+  EXPECT_EQ(get(server.port(), "/?token=wrong").status, 401);
+  const auto opened = get(server.port(), "/?token=0123456789abcdef");
+  EXPECT_EQ(opened.status, 303);
+  EXPECT_THAT(opened.fields.at("set-cookie"), testing::HasSubstr("HttpOnly; SameSite=Strict"));
+  EXPECT_EQ(get(server.port(), "/api/v1/volumes", "Cookie: a=b; blockwalk_token=0123456789abcdef\r\n").status, 200);
+  EXPECT_EQ(StreamClient(server.port(), "rock").reply().status, 401);
+  StreamClient stream(server.port(), "rock", "Sec-WebSocket-Protocol: token.0123456789abcdef\r\n");
+  EXPECT_EQ(stream.reply().status, 401) << "a field given twice is read once";
+  EXPECT_EQ(StreamClient(server.port(), "rock", "Authorization: Bearer 0123456789abcdef\r\n").reply().status, 101);
+  EXPECT_EQ(get(server.port(), "/healthz").status, 200);
+}
+
+TEST(Http, DrainingEndsWhatRunsAndTakesNothingNew) {
+  RunningServer server;
+  server.control().band_ms = 400;
+  WireClient running(server.port());
+  WireClient open(server.port());
+  open.send("GET /readyz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  EXPECT_EQ(open.readReply().status, 200);
+  running.send(fmt::format("GET {}?size=4x4 HTTP/1.1\r\nHost: localhost\r\n\r\n", kImage));
+  EXPECT_TRUE(eventually([&] { return server.control().started > 0; }));
+  server.drain();
+  open.send("GET /readyz HTTP/1.1\r\nHost: localhost\r\n\r\n");
+  const auto draining = open.readReply();
+  EXPECT_EQ(draining.status, 503);
+  EXPECT_EQ(draining.json()["draining"], true);
+  EXPECT_EQ(running.readReply().status, 200);
+  EXPECT_EQ(server.join(), 0);
+}
+
+}  // namespace
+}  // namespace blockwalk

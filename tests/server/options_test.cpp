@@ -1,0 +1,106 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/options.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+
+#include "running_server.h"
+
+namespace blockwalk {
+namespace {
+
+using Arguments = std::vector<std::string>;
+
+std::filesystem::path writeFile(const std::string& name, const std::string& text) {
+  const auto path = scratchFolder() / name;
+  std::ofstream(path, std::ios::binary) << text;
+  return path;
+}
+
+TEST(Options, FlagsFilesAndDefaults) {
+  const auto options =
+      parseServerOptions({"--listen", "127.0.0.1:99", "a.bwv", "--no-ray-query", "--idle-time=5", "b.bwv"});
+  EXPECT_EQ(options.listen, "127.0.0.1:99");
+  EXPECT_TRUE(options.no_ray_query);
+  EXPECT_EQ(options.idle_time, 5);
+  EXPECT_EQ(options.drain_time, 5);
+  EXPECT_THAT(options.files, testing::ElementsAre("a.bwv", "b.bwv"));
+}
+
+TEST(Options, EveryOneIsInTheHelp) {
+  for (const ServerOption& option : serverOptions()) {
+    EXPECT_THAT(serverHelp(), testing::HasSubstr("--" + std::string(option.name)));
+  }
+}
+
+TEST(Options, TheCommandLineWinsOverTheConfiguration) {
+  const auto path =
+      writeFile("good.json", R"({"listen":"127.0.0.1:1","idle-time":7,"validation":true,"files":["x.bwv"]})");
+  const auto options = parseServerOptions({"--listen", "127.0.0.1:2", "--config", path.string()});
+  EXPECT_EQ(options.listen, "127.0.0.1:2");
+  EXPECT_EQ(options.idle_time, 7);
+  EXPECT_TRUE(options.validation);
+  EXPECT_THAT(options.files, testing::ElementsAre("x.bwv"));
+}
+
+TEST(Options, WrongUsageNamesTheOption) {
+  const std::vector<std::pair<Arguments, std::string>> wrong = {
+      {{"--nonsense"}, "--nonsense"},
+      {{"--tls-cert", "x"}, "--tls-cert"},
+      {{"-x"}, "-x"},
+      {{"--listen"}, "--listen"},
+      {{"--listen", "a", "--listen", "b"}, "--listen"},
+      {{"--idle-time", "0"}, "--idle-time"},
+      {{"--idle-time", "1.5"}, "--idle-time"},
+      {{"--frames-in-flight", "4"}, "--frames-in-flight"},
+      {{"--validation=yes"}, "--validation"},
+      {{"--config", "/nonexistent"}, "--config"},
+      {{"--config", writeFile("a.json", "{").string()}, "--config"},
+      {{"--config", writeFile("b.json", R"({"lisen":"x"})").string()}, "lisen"},
+      {{"--config", writeFile("c.json", R"({"validation":"yes"})").string()}, "validation"},
+      {{"--config", writeFile("d.json", R"({"idle-time":[1]})").string()}, "idle-time"},
+      {{"--config", writeFile("e.json", R"({"idle-time":1,"idle-time":2})").string()}, "idle-time"},
+  };
+  for (const auto& [arguments, name] : wrong) {
+    try {
+      parseServerOptions(arguments);
+      ADD_FAILURE() << arguments.front() << " was accepted";
+    } catch (const UsageError& error) {
+      EXPECT_THAT(error.what(), testing::HasSubstr(name));
+    }
+  }
+}
+
+TEST(Options, AddressesBeyondLoopbackNeedAToken) {
+  EXPECT_TRUE(listenAddress({}).loopback);
+  EXPECT_EQ(listenAddress({.listen = "[::1]:5"}).port, 5);
+  EXPECT_EQ(listenAddress({.listen = "localhost:5"}).host, "127.0.0.1");
+  EXPECT_THROW(listenAddress({.listen = "0.0.0.0:8080"}), UsageError);
+  EXPECT_FALSE(listenAddress({.listen = "0.0.0.0:8080", .token_file = "t"}).loopback);
+  for (const char* text :
+       {"", "8080", "127.0.0.1", "127.0.0.1:", "127.0.0.1:65536", "127.0.0.1:-1", "example.com:80"}) {
+    EXPECT_THROW(listenAddress({.listen = text}), UsageError) << text;
+  }
+}
+
+TEST(Options, TokensAreLongAndPlain) {
+  EXPECT_EQ(readToken(writeFile("token", "  0123456789abcdef\n")), "0123456789abcdef");
+  EXPECT_THROW(readToken(writeFile("short", "0123456789\n")), UsageError);
+  EXPECT_THROW(readToken(writeFile("empty", "\n")), UsageError);
+  EXPECT_THROW(readToken(writeFile("odd", "0123456789 abcdef\n")), UsageError);
+  EXPECT_THROW(readToken(scratchFolder()), UsageError);
+}
+
+TEST(Options, AFolderGivesItsVolumesByName) {
+  const auto folder = scratchFolder() / "folder";
+  std::filesystem::create_directories(folder / "deeper");
+  for (const char* name : {"b.bwv", "a.bwv", "c.txt", "deeper/d.bwv"}) std::ofstream(folder / name) << "x";
+  EXPECT_THAT(volumeFiles({.volumes = folder, .files = {"z.bwv"}}),
+              testing::ElementsAre("z.bwv", folder / "a.bwv", folder / "b.bwv"));
+  EXPECT_THROW(volumeFiles({.volumes = folder / "none"}), UsageError);
+}
+
+}  // namespace
+}  // namespace blockwalk

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "running_server.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <unistd.h>
+
+#include "volume/builder.h"
+#include "volume/demo.h"
+
+namespace blockwalk {
+namespace {
+
+struct Scratch {
+  Scratch() : folder(std::filesystem::temp_directory_path() / fmt::format("blockwalk-server-test-{}", getpid())) {
+    std::filesystem::create_directories(folder);
+  }
+  ~Scratch() {
+    std::error_code ignored;  // a folder left behind harms nobody
+    std::filesystem::remove_all(folder, ignored);
+  }
+  std::filesystem::path folder;
+};
+
+}  // namespace
+
+std::filesystem::path scratchFolder() {
+  static const Scratch scratch;
+  return scratch.folder;
+}
+
+std::filesystem::path sampleVolume(const std::string& name) {
+  const auto file = scratchFolder() / (name + ".bwv");
+  if (!std::filesystem::exists(file)) buildVolume(*openDemo(name, 48), file, {});
+  return file;
+}
+
+RunningServer::RunningServer(ServerOptions options, bool wait) {
+  options.listen = "127.0.0.1:0";
+  if (options.files.empty() && options.volumes.empty()) options.files = {sampleVolume("rock")};
+  if (options.web_root.empty()) options.web_root = scratchFolder() / "no-page";
+  control_->hold_load = !wait;
+  server_ = std::make_unique<Server>(options, [control = control_] { return std::make_unique<FakeRenderer>(control); });
+  port_ = server_->port();
+  thread_ = std::thread([this] { status_ = server_->run(); });
+  if (wait) waitReady();
+}
+
+RunningServer::~RunningServer() {
+  control_->hold_load = false;
+  if (thread_.joinable()) {
+    drain();
+    join();
+  }
+  EXPECT_TRUE(server_->stopRendering());
+}
+
+int RunningServer::join() {
+  thread_.join();
+  return status_;
+}
+
+void RunningServer::waitReady() {
+  control_->hold_load = false;
+  EXPECT_TRUE(eventually([&] { return get(port_, "/readyz").status == 200; })) << "the server never became ready";
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// A server over the fake renderer, on a free port, in a thread of the test.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "fake_renderer.h"
+#include "server/server.h"
+#include "wire_client.h"
+
+namespace blockwalk {
+
+// A small volume file, made once for the whole test program: "rock", rgba8; "smoke", f32.
+std::filesystem::path sampleVolume(const std::string& name);
+
+// A folder of this test program's own, removed at its end.
+std::filesystem::path scratchFolder();
+
+class RunningServer {
+ public:
+  // Serves the volume "rock" unless `options` names others. Returns when all volumes are settled, unless told not to
+  // wait.
+  explicit RunningServer(ServerOptions options = {}, bool wait = true);
+  ~RunningServer();
+
+  std::uint16_t port() const { return port_; }
+  FakeControl& control() { return *control_; }
+  void drain() { server_->drain(); }
+  int join();  // until run() ends: its status
+  void waitReady();
+
+ private:
+  std::shared_ptr<FakeControl> control_ = std::make_shared<FakeControl>();
+  std::unique_ptr<Server> server_;
+  std::uint16_t port_ = 0;
+  int status_ = -1;
+  std::thread thread_;
+};
+
+// Tries `condition` every 5 ms for up to 10 s.
+template <typename Condition>
+bool eventually(Condition condition) {
+  for (int i = 0; i < 2000; ++i) {
+    if (condition()) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+  return false;
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,143 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/stream_pace.h"
+
+#include <gtest/gtest.h>
+
+namespace blockwalk {
+namespace {
+
+using std::chrono::milliseconds;
+using Kind = PaceStep::Kind;
+
+const Clock::time_point kStart = Clock::time_point(std::chrono::hours(1));
+
+TEST(StreamPace, WaitsForAView) {
+  StreamPace pace({});
+  EXPECT_EQ(pace.next(kStart).kind, Kind::wait);
+  EXPECT_EQ(pace.next(kStart).when, Clock::time_point::max());
+}
+
+TEST(StreamPace, DrawsTheMovingViewThenTheStillOneThenNothing) {
+  StreamPace pace({});
+  pace.setView(4, 85, kStart);
+  const PaceStep moving = pace.next(kStart);
+  EXPECT_EQ(moving.kind, Kind::moving);
+  EXPECT_EQ(moving.id, 4u);
+  pace.frameStarted(kStart);
+  pace.frameSent(moving, 10, 1000, kStart);
+  EXPECT_EQ(pace.next(kStart).when, kStart + StreamPace::kStillTime);
+  const PaceStep still = pace.next(kStart + StreamPace::kStillTime);
+  EXPECT_EQ(still.kind, Kind::still);
+  EXPECT_EQ(still.scale, 1);
+  pace.frameSent(still, 10, 1000, kStart);
+  EXPECT_EQ(pace.next(kStart + milliseconds(1000)).when, Clock::time_point::max());
+}
+
+TEST(StreamPace, IdsOnlyGrow) {
+  StreamPace pace({});
+  EXPECT_TRUE(pace.setView(0, 85, kStart));
+  EXPECT_FALSE(pace.setView(0, 85, kStart));
+  EXPECT_TRUE(pace.setView(7, 85, kStart));
+  EXPECT_FALSE(pace.setView(6, 85, kStart));
+  EXPECT_EQ(pace.newestId(), 7u);
+}
+
+TEST(StreamPace, StopsAtTheFramesInFlightAndGoesOnWithAnAck) {
+  StreamPace pace({.frames_in_flight = 3, .fps = 120, .max_bytes_per_second = {}});
+  auto now = kStart;
+  for (std::uint64_t id = 1; id <= 3; ++id) {
+    pace.setView(id, 85, now);
+    const PaceStep step = pace.next(now);
+    ASSERT_EQ(step.kind, Kind::moving) << id;
+    pace.frameSent(step, 1, 1000, now);
+    now += milliseconds(100);
+  }
+  pace.setView(4, 85, now);
+  EXPECT_EQ(pace.next(now).kind, Kind::wait);
+  EXPECT_FALSE(pace.acknowledge(9));  // never sent
+  EXPECT_TRUE(pace.acknowledge(2));   // and with it the first
+  EXPECT_EQ(pace.next(now).kind, Kind::moving);
+}
+
+// Draws for `seconds` with a new view every 5 ms; a frame costs `full_ms` times the square of its scale.
+struct Drive {
+  int frames = 0;
+  double last_scale = 0;
+  int last_quality = 0;
+  int changes = 0;  // of scale, in the second half
+  double bytes = 0;
+};
+Drive drive(StreamPace& pace, double full_ms, double full_bytes, int total_ms) {
+  Drive run;
+  std::uint64_t id = 0;
+  auto now = kStart;
+  const auto end = kStart + milliseconds(total_ms);
+  while (now < end) {
+    pace.setView(++id, 85, now);
+    const PaceStep step = pace.next(now);
+    if (step.kind != Kind::moving) {
+      now += milliseconds(5);
+      continue;
+    }
+    pace.frameStarted(now);
+    const double cost = full_ms * step.scale * step.scale;
+    now += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(cost + 0.1));
+    const double bytes = full_bytes * step.scale * step.scale * step.quality / 85;
+    pace.frameSent(step, cost, static_cast<std::size_t>(bytes), now);
+    pace.acknowledge(step.id);
+    if (now > kStart + milliseconds(total_ms / 2) && run.last_scale != step.scale) ++run.changes;
+    run.last_scale = step.scale;
+    run.last_quality = step.quality;
+    run.bytes += bytes;
+    ++run.frames;
+  }
+  return run;
+}
+
+TEST(StreamPace, TakesTheScaleThatHoldsTheRate) {
+  for (const auto& [full_ms, scale] :
+       {std::pair{5.0, 1.0}, {20.0, 1.0}, {100.0, 0.5}, {400.0, 0.25}, {5000.0, 0.125}}) {
+    StreamPace pace({});
+    const Drive run = drive(pace, full_ms, 1e5, 10000);
+    EXPECT_EQ(run.last_scale, scale) << full_ms;
+    EXPECT_LE(run.changes, 1) << full_ms;
+    EXPECT_GE(run.frames, scale > 0.125 ? 200 : 100) << full_ms;  // of at most 300
+    EXPECT_LE(run.frames, 301) << full_ms;
+  }
+}
+
+TEST(StreamPace, HoldsTheBytesASecond) {
+  StreamPace pace({.frames_in_flight = 3, .fps = 30, .max_bytes_per_second = 500000});
+  const Drive run = drive(pace, 5, 40000, 10000);
+  EXPECT_LE(run.bytes, 1.05 * 500000 * 10);
+  EXPECT_LT(run.last_quality, 60);
+}
+
+TEST(StreamPace, GivesUpRefinementAtOnceAndMovingFramesOnlyWhenTheyAreLong) {
+  const StreamPace pace({});
+  const PaceStep still{.kind = Kind::still, .scale = 1};
+  EXPECT_TRUE(pace.shouldCancel(still, kStart, kStart));
+  const PaceStep moving{.kind = Kind::moving, .scale = 0.5};
+  EXPECT_FALSE(pace.shouldCancel(moving, kStart, kStart + milliseconds(100)));
+  EXPECT_TRUE(pace.shouldCancel(moving, kStart, kStart + milliseconds(300)));
+  const PaceStep smallest{.kind = Kind::moving, .scale = StreamPace::kSmallestScale};
+  EXPECT_FALSE(pace.shouldCancel(smallest, kStart, kStart + milliseconds(3000)));
+}
+
+TEST(StreamPace, ACancelledFrameMakesTheNextOneCoarser) {
+  StreamPace pace({});
+  pace.setView(1, 85, kStart);
+  const PaceStep first = pace.next(kStart);
+  pace.frameCancelled(first);
+  EXPECT_LT(pace.next(kStart).scale, first.scale);
+}
+
+TEST(StreamPace, CountsTheViewsThatNoFrameShowed) {
+  StreamPace pace({});
+  for (std::uint64_t id = 1; id <= 5; ++id) pace.setView(id, 85, kStart);
+  pace.frameSent(pace.next(kStart), 1, 1, kStart);
+  EXPECT_EQ(pace.droppedViews(), 4u);
+}
+
+}  // namespace
+}  // namespace blockwalk
