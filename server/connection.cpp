@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <boost/asio/write.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/parser.hpp>
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/string_body.hpp>
@@ -18,6 +17,7 @@
 #include "server/await_result.h"
 #include "server/routes.h"
 #include "server/stream_session.h"
+#include "server/wire_stream.h"
 
 namespace blockwalk {
 namespace {
@@ -35,7 +35,7 @@ auto keepError(error_code& error) { return asio::redirect_error(asio::use_awaita
 class Connection {
  public:
   Connection(asio::ip::tcp::socket socket, ServerContext& context)
-      : stream_(std::move(socket)),
+      : stream_(std::move(socket), context.tls.get()),
         context_(context),
         options_(context.state.options),
         buffer_(static_cast<std::size_t>(options_.header_limit) + (64 << 10)),
@@ -49,7 +49,7 @@ class Connection {
   asio::awaitable<void> serve();
 
  private:
-  enum class Next { request, close };
+  enum class Next { request, close, handed_over };
 
   asio::awaitable<bool> awaitFirstByte();
   asio::awaitable<Next> serveRequest();
@@ -62,7 +62,7 @@ class Connection {
   HttpReply parseFault(error_code error, const Parser& parser) const;
   static std::chrono::seconds seconds(std::int64_t count) { return std::chrono::seconds(count); }
 
-  beast::tcp_stream stream_;
+  WireStream stream_;  // moved from once a stream session has it
   ServerContext& context_;
   const ServerOptions& options_;
   beast::flat_buffer buffer_;
@@ -90,12 +90,19 @@ bool isFaultOfRequest(error_code error) {
 }
 
 asio::awaitable<void> Connection::serve() {
-  while (co_await awaitFirstByte()) {
-    const BusyLease busy(context_);
-    if (co_await serveRequest() == Next::close) break;
+  stream_.expires_after(seconds(options_.header_time));
+  if (const error_code error = co_await stream_.handshake()) {
+    spdlog::debug("TLS handshake: {}", error.message());
+    co_return;
   }
-  error_code ignored;  // it may be closed already
-  stream_.socket().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+  Next next = Next::request;
+  while (next == Next::request && co_await awaitFirstByte()) {
+    const BusyLease busy(context_);
+    next = co_await serveRequest();
+  }
+  if (next == Next::handed_over) co_return;
+  stream_.expires_after(kLingerTime);
+  co_await stream_.endSending();
 }
 
 // A new connection must send its whole first header within the header time; later ones may be silent for the idle time.
@@ -138,7 +145,7 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
   HttpReply reply = co_await answer(request, stream);
   if (stream && buffer_.size() == 0) {
     co_await serveStream(std::move(stream_), parser.release(), context_, stream->volume);
-    co_return Next::close;
+    co_return Next::handed_over;
   }
   if (stream) reply = problemReply({.status = 400, .detail = "nothing may follow before the upgrade", .field = {}});
   reply.close = reply.close || close || context_.state.draining;
@@ -242,8 +249,8 @@ asio::awaitable<Connection::Next> Connection::refuse(const HttpReply& reply) {
 // Closing while the client still sends would make the kernel throw the reply away (RFC 9112, 9.6).
 asio::awaitable<void> Connection::linger() {
   error_code error;
-  stream_.socket().shutdown(asio::ip::tcp::socket::shutdown_send, error);
   stream_.expires_after(kLingerTime);
+  co_await stream_.endSending();
   while (!error) {
     buffer_.clear();
     co_await stream_.async_read_some(buffer_.prepare(4096), keepError(error));

@@ -19,6 +19,8 @@ struct ServerOptions {
   std::filesystem::path volumes = {};  // folder; every *.bwv in it is served
   std::vector<std::filesystem::path> files = {};
   std::filesystem::path token_file = {};
+  std::filesystem::path tls_cert = {};  // PEM chain and key: both or none
+  std::filesystem::path tls_key = {};
   std::filesystem::path web_root = {};  // empty: beside the executable
   std::string device = {};
   bool no_ray_query = false;

@@ -63,7 +63,7 @@ void RenderThread::loadNext() {
     events_.on_device(renderer_->device());
     events_.on_loaded(index, loaded);
   } catch (const std::exception& error) {
-    spdlog::error("{}: {}", files_[index].string(), error.what());
+    spdlog::error("volume not loaded: {}", error.what());
     events_.on_failed(index, error.what());
   }
 }

@@ -44,6 +44,25 @@ std::vector<std::filesystem::path> filesOf(const Volumes& volumes) {
   return files;
 }
 
+std::shared_ptr<asio::ssl::context> loadTls(const ServerOptions& options) {
+  if (options.tls_cert.empty() && options.tls_key.empty()) return nullptr;
+  if (options.tls_cert.empty() || options.tls_key.empty()) {
+    throw UsageError("--tls-cert and --tls-key come together: one of them is missing");
+  }
+  auto tls = std::make_shared<asio::ssl::context>(asio::ssl::context::tls_server);
+  tls->set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_tlsv1 |
+                   asio::ssl::context::no_tlsv1_1 | asio::ssl::context::single_dh_use);
+  const auto refuse = [](const char* flag, const std::filesystem::path& file, const error_code& error) {
+    if (error) failData("{} '{}': {}", flag, file.string(), error.message());
+  };
+  error_code error;
+  tls->use_certificate_chain_file(options.tls_cert.string(), error);
+  refuse("--tls-cert", options.tls_cert, error);
+  tls->use_private_key_file(options.tls_key.string(), asio::ssl::context::pem, error);
+  refuse("--tls-key", options.tls_key, error);
+  return tls;
+}
+
 tcp::acceptor listenAt(asio::io_context& io, const ListenAddress& address) {
   const tcp::endpoint endpoint(asio::ip::make_address(address.host), address.port);
   try {
@@ -67,7 +86,7 @@ struct Server::Parts {
       : address(listenAddress(options)),
         state(makeState(options, address)),
         frames(state, renderer, encoders),
-        context{.state = state, .frames = frames},
+        context{.state = state, .frames = frames, .tls = loadTls(options)},
         acceptor(listenAt(io, address)),
         signals(io),
         drain_timer(io),
@@ -204,7 +223,8 @@ std::uint16_t Server::port() const { return parts_->acceptor.local_endpoint().po
 std::string Server::url() const {
   const std::string& host = parts_->address.host;
   const bool is_v6 = host.find(':') != std::string::npos;
-  return is_v6 ? fmt::format("http://[{}]:{}/", host, port()) : fmt::format("http://{}:{}/", host, port());
+  const std::string_view scheme = parts_->context.tls ? "https" : "http";
+  return is_v6 ? fmt::format("{}://[{}]:{}/", scheme, host, port()) : fmt::format("{}://{}:{}/", scheme, host, port());
 }
 
 void Server::drainOnSignals() {

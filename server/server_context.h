@@ -2,7 +2,9 @@
 // What every connection of the socket thread shares.
 #pragma once
 
+#include <boost/asio/ssl/context.hpp>
 #include <functional>
+#include <memory>
 #include <set>
 
 #include "server/frame_maker.h"
@@ -21,6 +23,7 @@ class OpenStream {
 struct ServerContext {
   ServerState& state;
   FrameMaker& frames;
+  std::shared_ptr<boost::asio::ssl::context> tls = {};  // null: plain connections
   std::set<OpenStream*> streams = {};
   int busy = 0;                            // requests being served, and streams
   std::function<void()> on_not_busy = {};  // busy became 0

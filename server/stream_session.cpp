@@ -22,7 +22,7 @@ namespace {
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
-using WebSocket = websocket::stream<beast::tcp_stream>;
+using WebSocket = websocket::stream<WireStream>;
 
 constexpr std::size_t kMaxWaitingTexts = 16;
 constexpr int kMaxBadMessages = 256;  // in a row
@@ -370,7 +370,7 @@ void spawnLoop(const std::shared_ptr<StreamSession>& session, asio::awaitable<vo
 
 }  // namespace
 
-asio::awaitable<void> serveStream(beast::tcp_stream stream, beast::http::request<beast::http::string_body> upgrade,
+asio::awaitable<void> serveStream(WireStream stream, beast::http::request<beast::http::string_body> upgrade,
                                   ServerContext& context, std::size_t volume) {
   const ServerOptions& options = context.state.options;
   const auto executor = stream.get_executor();

@@ -3,16 +3,16 @@
 #pragma once
 
 #include <boost/asio/awaitable.hpp>
-#include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/http/string_body.hpp>
 
 #include "server/server_context.h"
+#include "server/wire_stream.h"
 
 namespace blockwalk {
 
 // Answers the upgrade, which was judged before, and serves until either side closes. The volume is ready.
-boost::asio::awaitable<void> serveStream(boost::beast::tcp_stream stream,
+boost::asio::awaitable<void> serveStream(WireStream stream,
                                          boost::beast::http::request<boost::beast::http::string_body> upgrade,
                                          ServerContext& context, std::size_t volume);
 

@@ -74,8 +74,15 @@ void Volumes::setLoaded(std::size_t index, LoadedVolume loaded) {
 }
 
 void Volumes::setFailed(std::size_t index, std::string error) {
-  volumes_[index].state = VolumeState::failed;
-  volumes_[index].error = std::move(error);
+  ServedVolume& volume = volumes_[index];
+  // Clients learn the file's name, not where it lies.
+  const std::string path = volume.file.string();
+  for (std::size_t at = error.find(path); at != std::string::npos; at = error.find(path, at)) {
+    error.replace(at, path.size(), volume.file.filename().string());
+    at += volume.file.filename().string().size();
+  }
+  volume.state = VolumeState::failed;
+  volume.error = std::move(error);
 }
 
 bool Volumes::settled() const {

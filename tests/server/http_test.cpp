@@ -204,7 +204,8 @@ TEST(Http, AFileThatFailsIsReportedAndTheRestServes) {
   const json list = get(server.port(), "/api/v1/volumes").json();
   EXPECT_EQ(list["volumes"][0]["id"], "broken-file");
   EXPECT_EQ(list["volumes"][0]["state"], "failed");
-  EXPECT_NE(list["volumes"][0]["error"], "");
+  EXPECT_THAT(std::string(list["volumes"][0]["error"]),
+              testing::AllOf(testing::HasSubstr("broken file.bwv"), testing::Not(testing::HasSubstr("/"))));
   EXPECT_EQ(list["volumes"][1]["state"], "ready");
   EXPECT_EQ(get(server.port(), "/api/v1/volumes/broken-file/image").status, 503);
   EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x4").status, 200);
@@ -240,8 +241,9 @@ TEST(Http, ATokenIsAskedForWhereThereIsOne) {
   EXPECT_THAT(opened.fields.at("set-cookie"), testing::HasSubstr("HttpOnly; SameSite=Strict"));
   EXPECT_EQ(get(server.port(), "/api/v1/volumes", "Cookie: a=b; blockwalk_token=0123456789abcdef\r\n").status, 200);
   EXPECT_EQ(StreamClient(server.port(), "rock").reply().status, 401);
-  StreamClient stream(server.port(), "rock", "Sec-WebSocket-Protocol: token.0123456789abcdef\r\n");
-  EXPECT_EQ(stream.reply().status, 401) << "a field given twice is read once";
+  std::string upgrade = upgradeHead("rock");
+  upgrade.insert(upgrade.rfind("\r\n"), ", token.0123456789abcdef");
+  EXPECT_EQ(request(server.port(), upgrade + "\r\n").status, 101);
   EXPECT_EQ(StreamClient(server.port(), "rock", "Authorization: Bearer 0123456789abcdef\r\n").reply().status, 101);
   EXPECT_EQ(get(server.port(), "/healthz").status, 200);
 }
