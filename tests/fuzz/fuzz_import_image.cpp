@@ -43,7 +43,8 @@ std::string tiffSeed(int bits, int samples, int compression, int tile, int pages
     TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, samples);
     TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, samples == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB);
     TIFFSetField(tiff, TIFFTAG_COMPRESSION, compression);
-    TIFFSetField(tiff, TIFFTAG_IMAGEDESCRIPTION, "ImageJ=1.54f\nimages=2\nslices=2\n");
+    const std::string description = "ImageJ=1.54f\nimages=" + std::to_string(pages) + "\nunit=pixel\n";
+    TIFFSetField(tiff, TIFFTAG_IMAGEDESCRIPTION, description.c_str());
     if (tile > 0) {
       TIFFSetField(tiff, TIFFTAG_TILEWIDTH, tile);
       TIFFSetField(tiff, TIFFTAG_TILELENGTH, tile);
