@@ -33,6 +33,7 @@ class WireStream {
   Tcp::socket_type& socket() { return tcp_->socket(); }
   void expires_after(std::chrono::nanoseconds time) { tcp_->expires_after(time); }
   void expires_never() { tcp_->expires_never(); }
+  void close() { tcp_->close(); }
 
   // The TLS handshake; nothing for a plain connection. Reports what went wrong.
   boost::asio::awaitable<boost::system::error_code> handshake() {
@@ -82,7 +83,9 @@ class WireStream {
   std::unique_ptr<boost::asio::ssl::stream<Tcp&>> tls_;
 };
 
-// What Beast's WebSocket asks of its stream when a connection ends: close the socket in order.
+// What Beast's WebSocket asks of its stream when a connection ends.
+inline void beast_close_socket(WireStream& stream) { stream.close(); }
+
 template <typename Handler>
 void async_teardown(boost::beast::role_type role, WireStream& stream, Handler&& handler) {
   using boost::beast::websocket::async_teardown;
