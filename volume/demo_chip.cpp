@@ -107,7 +107,7 @@ class Chip final : public DemoModel {
   std::optional<Matter> boardOrDie(glm::dvec3 point) const {
     if (die_.contains(point)) return dieAt(point);
     if (point.x < 0.02 || point.x > 0.98 || point.y < 0.015 || point.y > kHeight - 0.015) return std::nullopt;
-    if (const auto matter = viaAt(point)) return matter;
+    if (auto matter = viaAt(point)) return matter;
     for (std::size_t layer = 0; layer < kLayers.size(); ++layer) {
       const double up = point.z - kLayers[layer];
       if (up >= 0 && up < thin(0.0035)) return traceAt(point, static_cast<std::int32_t>(layer));

@@ -97,12 +97,12 @@ class Fossil final : public DemoModel {
   std::optional<Matter> at(glm::dvec3 point, glm::ivec3 index) {
     for (Ammonite* ammonite : row_ammonites_) {
       if (std::fabs(point.x - ammonite->center().x) > ammonite->extent().x) continue;
-      if (const auto matter = ammonite->at(point)) return matter;
+      if (auto matter = ammonite->at(point)) return matter;
     }
     const double depth = depthInMatrix(point);
     if (depth <= 0) return std::nullopt;
     for (const Stem* stem : row_stems_) {
-      if (const auto matter = stem->at(point)) return matter;
+      if (auto matter = stem->at(point)) return matter;
     }
     return matrixAt(point, index, depth);
   }

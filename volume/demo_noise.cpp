@@ -92,7 +92,7 @@ double powTwo(double x) {
 
 void writeMatter(const Matter& matter, std::byte* voxel) {
   const auto quantised = [](double value) {
-    return static_cast<std::byte>(value <= 0 ? 0 : value >= 255 ? 255 : static_cast<int>(value + 0.5));
+    return static_cast<std::byte>(value <= 0 ? 0 : value >= 255 ? 255 : static_cast<int>(std::floor(value + 0.5)));
   };
   voxel[0] = quantised(matter.color.x);
   voxel[1] = quantised(matter.color.y);

@@ -190,12 +190,14 @@ void TiffFile::Decoder::copyPiece(int column, int plane, int row_count) {
     const std::byte* from = piece.get() + static_cast<std::size_t>(y) * piece_row_bytes;
     std::byte* row = rows.get() + static_cast<std::size_t>(y) * row_bytes;
     if (!chosen.planes_apart) {
-      const auto bits = static_cast<std::size_t>(chosen.bits * samples);
+      const auto bits = static_cast<std::size_t>(chosen.bits) * static_cast<std::size_t>(samples);
       std::memcpy(row + static_cast<std::size_t>(first) * bits / 8, from,
                   (static_cast<std::size_t>(pixels) * bits + 7) / 8);
       continue;
     }
-    std::byte* to = row + static_cast<std::size_t>(first * samples + plane) * sample;
+    std::byte* to =
+        row + (static_cast<std::size_t>(first) * static_cast<std::size_t>(samples) + static_cast<std::size_t>(plane)) *
+                  sample;
     for (int x = 0; x < pixels; ++x, from += sample, to += sample * static_cast<std::size_t>(samples)) {
       std::memcpy(to, from, sample);
     }
