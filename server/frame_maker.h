@@ -42,7 +42,8 @@ class FrameMaker {
 
   // Would a frame of this size exceed the pixels that may be under way at the same time?
   bool hasRoom(const View& view) const;
-  // Throws what the renderer or the encoder threw.
+  // Throws what the renderer or the encoder threw. Pass an order that has a name: GCC 12 destroys a braced temporary
+  // inside a co_await expression twice, which ends in a crash now and then.
   boost::asio::awaitable<MadeFrame> make(FrameOrder order);
   std::uint64_t newClient() { return ++last_client_; }
 
