@@ -27,6 +27,9 @@ add_room_test(protocol TIMEOUT 120 LIBRARIES protocol renderer PNG::PNG)
 add_room_test(renderer TIMEOUT 600 LIBRARIES renderer protocol reference)
 add_room_test(server TIMEOUT 300 LIBRARIES server)
 add_room_test(cli TIMEOUT 300 LIBRARIES protocol)
+if(TARGET test_cli)
+  add_dependencies(test_cli blockwalk)
+endif()
 
 # Fuzz targets: with BLOCKWALK_FUZZ they are libFuzzer programs; always they run over seeds and seeded mutations.
 file(GLOB fuzz_targets CONFIGURE_DEPENDS tests/fuzz/fuzz_*.cpp)

@@ -15,12 +15,12 @@ constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
 constexpr std::array kRayQueryExtensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_RAY_QUERY_EXTENSION_NAME,
                                          VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
 
-VKAPI_ATTR VkBool32 VKAPI_CALL receiveMessage(VkDebugUtilsMessageSeverityFlagBitsEXT, VkDebugUtilsMessageTypeFlagsEXT,
-                                              const VkDebugUtilsMessengerCallbackDataEXT* data, void* user) {
+// A generic function object: vulkan.hpp changed the callback's parameter types between its versions.
+constexpr auto receiveMessage = [](auto, auto, const auto* data, void* user) -> VkBool32 {
   const auto& sink = *static_cast<const std::function<void(const std::string&)>*>(user);
   if (sink) sink(fmt::format("validation: {}", data->pMessage));
   return VK_FALSE;
-}
+};
 
 std::string kindName(vk::PhysicalDeviceType type) {
   switch (type) {
