@@ -95,8 +95,11 @@ asio::awaitable<void> Connection::serve() {
     spdlog::debug("TLS handshake: {}", error.message());
     co_return;
   }
+  // Not `while (next == ... && co_await ...)`: GCC 12 awaits the right side whatever the left one says.
   Next next = Next::request;
-  while (next == Next::request && co_await awaitFirstByte()) {
+  while (next == Next::request) {
+    const bool has_more = co_await awaitFirstByte();
+    if (!has_more) break;
     const BusyLease busy(context_);
     next = co_await serveRequest();
   }

@@ -48,7 +48,6 @@ TEST(Options, TheCommandLineWinsOverTheConfiguration) {
 TEST(Options, WrongUsageNamesTheOption) {
   const std::vector<std::pair<Arguments, std::string>> wrong = {
       {{"--nonsense"}, "--nonsense"},
-      {{"--tls-cert", "x"}, "--tls-cert"},
       {{"-x"}, "-x"},
       {{"--listen"}, "--listen"},
       {{"--listen", "a", "--listen", "b"}, "--listen"},
