@@ -68,7 +68,7 @@ double median(std::vector<double> values) {
 
 nlohmann::json measure(Renderer& renderer, const std::string& path, const Options& options) {
   auto volume = renderer.load(VolumeFile(path));
-  nlohmann::json result{{"file", path}, {"resident_bytes", volume->deviceBytes()}};
+  nlohmann::json result{{"file", path}};
   std::vector<std::vector<double>> times(std::size(kVariants));
   for (int sample = -1; sample < options.samples; ++sample) {  // the first round warms up
     for (std::size_t i = 0; i < std::size(kVariants); ++i) {
@@ -91,7 +91,8 @@ nlohmann::json measure(Renderer& renderer, const std::string& path, const Option
                {"level", frame.stats.level}};
     }
   }
-  fmt::print("{}\n", path);
+  result["resident_bytes"] = volume->deviceBytes();
+  fmt::print("{}, {} bytes resident\n", path, volume->deviceBytes());
   for (std::size_t i = 0; i < std::size(kVariants); ++i) {
     if (times[i].empty()) continue;
     nlohmann::json& entry = result["variants"][std::string(kVariants[i].name)];

@@ -1,0 +1,157 @@
+// SPDX-License-Identifier: Apache-2.0
+// HTTPS and WSS: the same replies through TLS, and no reply without it.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <openssl/pem.h>
+#include <openssl/x509v3.h>
+
+#include <boost/asio/read.hpp>
+#include <boost/asio/ssl/stream.hpp>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket.hpp>
+#include <boost/beast/websocket/ssl.hpp>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "tests/server/running_server.h"
+
+namespace blockwalk {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using asio::ip::tcp;
+using TlsStream = asio::ssl::stream<tcp::socket>;
+
+struct CertificateFiles {
+  std::filesystem::path certificate;
+  std::filesystem::path key;
+};
+
+// A certificate for 127.0.0.1, signed by itself, good for an hour.
+CertificateFiles makeCertificate() {
+  const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(EVP_EC_gen("P-256"), EVP_PKEY_free);
+  const std::unique_ptr<X509, decltype(&X509_free)> certificate(X509_new(), X509_free);
+  X509_set_version(certificate.get(), 2);
+  ASN1_INTEGER_set(X509_get_serialNumber(certificate.get()), 1);
+  X509_gmtime_adj(X509_getm_notBefore(certificate.get()), -60);
+  X509_gmtime_adj(X509_getm_notAfter(certificate.get()), 3600);
+  X509_set_pubkey(certificate.get(), key.get());
+  X509_NAME* name = X509_get_subject_name(certificate.get());
+  X509_NAME_add_entry_by_txt(name, "CN", MBSTRING_ASC, reinterpret_cast<const unsigned char*>("localhost"), -1, -1, 0);
+  X509_set_issuer_name(certificate.get(), name);
+  X509_sign(certificate.get(), key.get(), EVP_sha256());
+
+  CertificateFiles files{.certificate = scratchFolder() / "certificate.pem", .key = scratchFolder() / "key.pem"};
+  const auto write = [](const std::filesystem::path& path, auto&& put) {
+    const std::unique_ptr<std::FILE, decltype(&std::fclose)> file(std::fopen(path.c_str(), "w"), std::fclose);
+    ASSERT_TRUE(file);
+    ASSERT_EQ(put(file.get()), 1);
+  };
+  write(files.certificate, [&](std::FILE* file) { return PEM_write_X509(file, certificate.get()); });
+  write(files.key,
+        [&](std::FILE* file) { return PEM_write_PrivateKey(file, key.get(), nullptr, nullptr, 0, nullptr, nullptr); });
+  return files;
+}
+
+ServerOptions tlsOptions() {
+  const CertificateFiles files = makeCertificate();
+  ServerOptions options;
+  options.tls_cert = files.certificate;
+  options.tls_key = files.key;
+  return options;
+}
+
+tcp::socket connectTo(asio::io_context& io, std::uint16_t port) {
+  tcp::socket socket(io);
+  socket.connect({asio::ip::make_address("127.0.0.1"), port});
+  return socket;
+}
+
+class Tls : public ::testing::Test {
+ protected:
+  Tls() : server_(tlsOptions(), false) {}
+
+  TlsStream connect() {
+    TlsStream stream(connectTo(io_, server_.port()), context_);
+    stream.handshake(asio::ssl::stream_base::client);
+    return stream;
+  }
+
+  http::response<http::string_body> get(const std::string& target) {
+    TlsStream stream = connect();
+    http::request<http::empty_body> request(http::verb::get, target, 11);
+    request.set(http::field::host, "127.0.0.1:" + std::to_string(server_.port()));
+    http::write(stream, request);
+    beast::flat_buffer buffer;
+    http::response<http::string_body> response;
+    http::read(stream, buffer, response);
+    return response;
+  }
+
+  void waitReady() {
+    server_.control().hold_load = false;
+    ASSERT_TRUE(eventually([&] { return get("/readyz").result_int() == 200; }));
+  }
+
+  asio::io_context io_;
+  asio::ssl::context context_{asio::ssl::context::tls_client};
+  RunningServer server_;
+};
+
+TEST_F(Tls, ServesImages) {
+  waitReady();
+  const auto response = get("/api/v1/volumes/rock/image?size=16x16");
+  EXPECT_EQ(response.result_int(), 200u);
+  EXPECT_EQ(response[http::field::content_type], "image/png");
+  EXPECT_EQ(get("/api/v1/volumes/rock/image?size=0x16").result_int(), 400u);
+}
+
+TEST_F(Tls, StreamsFrames) {
+  waitReady();
+  beast::websocket::stream<TlsStream> socket(connect());
+  socket.set_option(beast::websocket::stream_base::decorator(
+      [](beast::websocket::request_type& request) { request.set("Sec-WebSocket-Protocol", "blockwalk.v1"); }));
+  socket.handshake("127.0.0.1:" + std::to_string(server_.port()), "/api/v1/volumes/rock/stream");
+  socket.write(asio::buffer(std::string(R"({"type":"view","id":1,"size":[16,16]})")));
+  bool framed = false;
+  for (int i = 0; i < 8 && !framed; ++i) {
+    beast::flat_buffer buffer;
+    socket.read(buffer);
+    framed = socket.got_binary();
+  }
+  EXPECT_TRUE(framed);
+  beast::error_code ignored;  // the server may have ended TLS first
+  socket.close(beast::websocket::close_code::normal, ignored);
+}
+
+TEST_F(Tls, AnswersNothingInTheClear) {
+  waitReady();
+  tcp::socket socket = connectTo(io_, server_.port());
+  asio::write(socket, asio::buffer(std::string("GET /healthz HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n")));
+  std::string answer(256, '\0');
+  beast::error_code error;
+  const std::size_t count = asio::read(socket, asio::buffer(answer), error);
+  EXPECT_TRUE(error);
+  EXPECT_THAT(answer.substr(0, count), ::testing::Not(::testing::HasSubstr("HTTP/1.1")));
+  EXPECT_EQ(get("/healthz").result_int(), 200u);  // and goes on serving
+}
+
+TEST(TlsOptions, KeyThatIsNoneIsRefusedByName) {
+  ServerOptions options = tlsOptions();
+  options.tls_key = options.tls_cert;
+  try {
+    RunningServer server(options, false);
+    FAIL() << "a certificate was taken for a key";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), ::testing::HasSubstr("--tls-key"));
+  }
+}
+
+}  // namespace
+}  // namespace blockwalk
