@@ -4,8 +4,10 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <system_error>
 #include <utility>
 
 #include "clients/cli/commands.h"
@@ -68,8 +70,19 @@ struct RenderCommand {
     throw UsageError(fmt::format("-o: '{}' ends on none of .png .jpg .jpeg .raw; name a --format", output));
   }
 
+  // A format that was named takes any file, the volume's own too.
+  void keepSource() const {
+    for (const auto& [flag, path] : {std::pair{"-o", &output}, {"--stats", &stats_file}}) {
+      std::error_code absent;
+      if (std::filesystem::equivalent(*path, source, absent)) {
+        throw UsageError(fmt::format("{}: {} is the volume to draw", flag, *path));
+      }
+    }
+  }
+
   void run() const {
     const ImageRequest wanted = request();
+    keepSource();
     FrameTimes times;
     const auto [image, stats] = isUrl(source) ? renderRemote(wanted, times) : renderLocal(wanted, times);
     writeOutputFile(output, image);
