@@ -79,7 +79,8 @@ void parseFormat(ImageRequest& request, Text text) {
 
 void parseExtinction(ImageRequest& request, Text text) {
   const double extinction = parseNumber("extinction", text);
-  if (extinction < 0) failValue("extinction", "must be at least 0", text);
+  // Beyond this the kernel's floats overflow, and an opaque voxel cannot become more opaque.
+  if (extinction < 0 || extinction > 1e6) failValue("extinction", "must be a number from 0 to 1000000", text);
   request.view.extinction = extinction;
 }
 
@@ -122,7 +123,7 @@ constexpr std::array kFields = {
               [](ImageRequest&, Text text) {
                 if (parseNumber("step", text) != 0.5) failSupport("step", "0.5, as it has filter=nearest only", text);
               }},
-    ViewField{"extinction", "SIGMA", "rgba8: extinction per unit distance at full density, at least 0 (0.2)",
+    ViewField{"extinction", "SIGMA", "rgba8: extinction per unit distance at full density, 0..1000000 (0.2)",
               parseExtinction},
     ViewField{"tf", "value:rrggbb:opacity,...",
               "scalar volumes: transfer function, ascending (auto: from the histogram)",
