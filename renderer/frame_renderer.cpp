@@ -53,9 +53,11 @@ void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, cons
                           table_transfer_ == view.transfer && table_range_.lo == plan.range.lo &&
                           table_range_.hi == plan.range.hi;
   if (!is_current) {
-    table_source_ = bakeTransfer(view, volume.info(), plan.range, plan.level);
-    table_ = Buffer(device_, table_source_.entries.size() * sizeof(glm::vec4), BufferUse::resident);
-    uploadBytes(device_, table_, std::as_bytes(std::span(table_source_.entries)));
+    TransferTable source = bakeTransfer(view, volume.info(), plan.range, plan.level);
+    Buffer table(device_, source.entries.size() * sizeof(glm::vec4), BufferUse::resident);
+    uploadBytes(device_, table, std::as_bytes(std::span(source.entries)));
+    table_ = std::move(table);  // all or nothing: memory may have run out above
+    table_source_ = std::move(source);
     table_transfer_ = view.transfer;
     table_volume_ = volume.serial();
     table_level_ = plan.level;

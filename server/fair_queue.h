@@ -35,9 +35,11 @@ class FairQueue {
     std::pair<std::uint64_t, Job> taken{next->first, std::move(next->second.jobs.front())};
     next->second.jobs.pop_front();
     --size_;
-    // Accounts that say no more than the floor does are forgotten.
+    // Accounts that say no more than the floor does are forgotten, and where many clients came for one job each, all
+    // that do not wait.
+    const bool crowded = accounts_.size() > kMaxAccounts;
     std::erase_if(accounts_, [&](const auto& account) {
-      return account.second.jobs.empty() && account.second.used_ms < floor_ms_;
+      return account.second.jobs.empty() && (crowded || account.second.used_ms < floor_ms_);
     });
     return taken;
   }
@@ -47,7 +49,11 @@ class FairQueue {
 
   std::size_t size() const { return size_; }
 
+  std::size_t accounts() const { return accounts_.size(); }
+
  private:
+  static constexpr std::size_t kMaxAccounts = 1024;
+
   struct Account {
     double used_ms = 0;
     std::deque<Job> jobs;

@@ -39,7 +39,7 @@ int serve(const std::vector<std::string>& arguments) {
 int main(int argc, char** argv) {
   const std::vector<std::string> arguments(argv + 1, argv + argc);
   for (const std::string& argument : arguments) {
-    if (argument == "--help") {
+    if (argument == "--help" || argument == "-h") {
       fmt::print("{}", blockwalk::serverHelp());
       return 0;
     }

@@ -30,7 +30,7 @@ struct ServerOptions {
   std::int64_t body_time = 30;
   std::int64_t idle_time = 60;
   std::int64_t send_time = 20;
-  std::int64_t drain_time = 5;
+  std::int64_t drain_time = 4;  // so that the process ends within 5
   std::int64_t header_limit = 32 << 10;
   std::int64_t body_limit = 1 << 20;
   std::int64_t max_connections = 512;

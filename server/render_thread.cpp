@@ -60,12 +60,20 @@ void RenderThread::loadNext() {
     VolumeFile file(files_[index]);
     const LoadedVolume loaded{.info = std::make_shared<const VolumeInfo>(file.info()), .file_bytes = file.fileBytes()};
     volumes_[index] = renderer_->load(std::move(file));
-    events_.on_device(renderer_->device());
+    tellDevice();
     events_.on_loaded(index, loaded);
   } catch (const std::exception& error) {
     spdlog::error("volume not loaded: {}", error.what());
     events_.on_failed(index, error.what());
   }
+}
+
+// A frame may have made another level resident.
+void RenderThread::tellDevice() {
+  DeviceInfo device = renderer_->device();
+  if (device.memory_used_bytes == told_used_bytes_) return;
+  told_used_bytes_ = device.memory_used_bytes;
+  events_.on_device(std::move(device));
 }
 
 void RenderThread::renderOne(std::uint64_t client, RenderJob job) {
@@ -75,6 +83,7 @@ void RenderThread::renderOne(std::uint64_t client, RenderJob job) {
     if (volumes_[job.volume] == nullptr) failData("this volume is not resident");
     result.frame = renderer_->render(*volumes_[job.volume], job.view,
                                      {.count = job.count, .probe = false, .cancel = job.cancel.get()});
+    tellDevice();
   } catch (...) {
     result.error = std::current_exception();
   }

@@ -63,11 +63,13 @@ class RenderThread {
  private:
   void run();
   void loadNext();
+  void tellDevice();
   void renderOne(std::uint64_t client, RenderJob job);
 
   RendererFactory factory_;
   std::vector<std::filesystem::path> files_;
   RenderEvents events_;
+  std::uint64_t told_used_bytes_ = 0;
 
   std::mutex mutex_;  // guards what follows; never held across a render or a load
   std::condition_variable wake_;

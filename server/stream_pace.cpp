@@ -31,7 +31,10 @@ bool StreamPace::setView(std::uint64_t id, int quality, Clock::time_point now) {
 
 void StreamPace::setLimits(std::optional<double> fps, std::optional<std::uint64_t> max_bytes_per_second) {
   if (fps) limits_.fps = *fps;
-  if (max_bytes_per_second) limits_.max_bytes_per_second = max_bytes_per_second;
+  if (max_bytes_per_second) {
+    limits_.max_bytes_per_second = max_bytes_per_second;
+    link_free_ = {};  // reckoned at the old rate
+  }
 }
 
 bool StreamPace::acknowledge(std::uint64_t id) {

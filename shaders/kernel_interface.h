@@ -66,7 +66,7 @@ struct GpuSubblock {
   uint range_mask;
 };
 
-// Counters are 64 bits as two words, low first, summed over the rays of a band.
+// Counters are 64 bits as two words, low first, summed over the rays of a frame.
 struct GpuCounters {
   uint queries[2];
   uint block_visits[2];

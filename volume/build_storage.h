@@ -37,7 +37,7 @@ class TempBytes {
   int descriptor_ = -1;
 };
 
-// A file that appears under `path` whole or not at all: written as .NAME.partial-XXXXXX in the same folder, synced and
+// A file that appears under `path` whole or not at all: written as .NAME.partial-XXXXXXXX in the same folder, synced and
 // renamed by commit(), removed by the destructor otherwise.
 class OutputFile {
  public:

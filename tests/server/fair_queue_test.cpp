@@ -48,5 +48,15 @@ TEST(FairQueue, SilenceEarnsNoCredit) {
   EXPECT_LE(taken_before_first, 2);
 }
 
+TEST(FairQueue, ManyClientsOfOneJobEachAreForgotten) {
+  FairQueue<int> queue;
+  for (std::uint64_t client = 1; client <= 20000; ++client) {
+    queue.add(client, 0);
+    ASSERT_TRUE(queue.take());
+    queue.charge(client, 2);
+  }
+  EXPECT_LE(queue.accounts(), 2000u);
+}
+
 }  // namespace
 }  // namespace blockwalk

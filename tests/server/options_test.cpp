@@ -25,7 +25,7 @@ TEST(Options, FlagsFilesAndDefaults) {
   EXPECT_EQ(options.listen, "127.0.0.1:99");
   EXPECT_TRUE(options.no_ray_query);
   EXPECT_EQ(options.idle_time, 5);
-  EXPECT_EQ(options.drain_time, 5);
+  EXPECT_EQ(options.drain_time, 4);
   EXPECT_THAT(options.files, testing::ElementsAre("a.bwv", "b.bwv"));
 }
 

@@ -49,7 +49,8 @@ CertificateFiles makeCertificate() {
 
   CertificateFiles files{.certificate = scratchFolder() / "certificate.pem", .key = scratchFolder() / "key.pem"};
   const auto write = [](const std::filesystem::path& path, auto&& put) {
-    const std::unique_ptr<std::FILE, decltype(&std::fclose)> file(std::fopen(path.c_str(), "w"), std::fclose);
+    const auto close = [](std::FILE* file) { std::fclose(file); };
+    const std::unique_ptr<std::FILE, decltype(close)> file(std::fopen(path.c_str(), "w"), close);
     ASSERT_TRUE(file);
     ASSERT_EQ(put(file.get()), 1);
   };
