@@ -37,8 +37,8 @@ class TempBytes {
   int descriptor_ = -1;
 };
 
-// A file that appears under `path` whole or not at all: written as .NAME.partial-XXXXXXXX in the same folder, synced and
-// renamed by commit(), removed by the destructor otherwise.
+// A file that appears under `path` whole or not at all: written as .NAME.partial-XXXXXXXX in the same folder, synced
+// and renamed by commit(), removed by the destructor otherwise.
 class OutputFile {
  public:
   OutputFile(std::filesystem::path path, std::uint64_t bytes);

@@ -16,11 +16,11 @@ enum class DensityRule { automatic, alpha, luminance, max };
 
 // The flags of `blockwalk import`. What a self-describing file says itself may be overridden by spacing only.
 struct ImportOptions {
-  std::optional<glm::ivec3> dims;       // raw: required. PNG: the slices are tiles of one image, row-major.
-  std::optional<std::string> type;      // raw: u8 i8 u16 i16 u32 i32 f32 f64 rgb8 rgba8
+  std::optional<glm::ivec3> dims;   // raw: required. PNG: the slices are tiles of one image, row-major.
+  std::optional<std::string> type;  // raw: u8 i8 u16 i16 u32 i32 f32 f64 rgb8 rgba8
   std::optional<glm::dvec3> spacing;
-  bool big_endian = false;              // raw
-  std::uint64_t skip_bytes = 0;         // raw: bytes before the first voxel
+  bool big_endian = false;                       // raw
+  std::uint64_t skip_bytes = 0;                  // raw: bytes before the first voxel
   DensityRule density = DensityRule::automatic;  // alpha where there is one, else luminance
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
 };
