@@ -68,8 +68,9 @@ HttpReply pageReply(const HttpRequest& request, const ServerState& state) {
 HttpReply tokenReply(const ServerState& state) {
   HttpReply reply{.status = 303, .type = {}, .fields = {}, .body = {}};
   reply.fields.emplace_back("Location", "/");
+  const std::string secure = state.options.tls_cert.empty() ? "" : "; Secure";
   reply.fields.emplace_back("Set-Cookie",
-                            "blockwalk_token=" + state.rules.token + "; Path=/; HttpOnly; SameSite=Strict");
+                            "blockwalk_token=" + state.rules.token + "; Path=/; HttpOnly; SameSite=Strict" + secure);
   reply.fields.emplace_back("Cache-Control", "no-store");
   return reply;
 }

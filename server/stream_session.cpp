@@ -31,9 +31,21 @@ constexpr std::size_t kFragmentBytes = std::size_t{256} << 10;
 
 auto keepError(error_code& error) { return asio::redirect_error(asio::use_awaitable, error); }
 
+// One of the max_sessions places, taken before the handshake, which waits for the client.
+class SessionPlace {
+ public:
+  explicit SessionPlace(ServerContext& context) : counters_(context.state.counters) { ++counters_.open_sessions; }
+  ~SessionPlace() { --counters_.open_sessions; }
+  SessionPlace(const SessionPlace&) = delete;
+  SessionPlace& operator=(const SessionPlace&) = delete;
+
+ private:
+  ServerCounters& counters_;
+};
+
 class StreamSession final : public OpenStream, public std::enable_shared_from_this<StreamSession> {
  public:
-  StreamSession(WebSocket socket, ServerContext& context, std::size_t volume);
+  StreamSession(WebSocket socket, ServerContext& context, std::size_t volume, std::unique_ptr<SessionPlace> place);
   ~StreamSession() override;
   StreamSession(const StreamSession&) = delete;
   StreamSession& operator=(const StreamSession&) = delete;
@@ -58,6 +70,7 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   FrameOrder orderOf(const PaceStep& step) const;
   asio::awaitable<bool> send(asio::const_buffer bytes, bool text);
 
+  const std::unique_ptr<SessionPlace> place_;
   WebSocket socket_;
   ServerContext& context_;
   const BusyLease busy_;
@@ -89,8 +102,10 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   asio::steady_timer send_timer_;
 };
 
-StreamSession::StreamSession(WebSocket socket, ServerContext& context, std::size_t volume)
-    : socket_(std::move(socket)),
+StreamSession::StreamSession(WebSocket socket, ServerContext& context, std::size_t volume,
+                             std::unique_ptr<SessionPlace> place)
+    : place_(std::move(place)),
+      socket_(std::move(socket)),
       context_(context),
       busy_(context),
       volume_(volume),
@@ -104,12 +119,10 @@ StreamSession::StreamSession(WebSocket socket, ServerContext& context, std::size
       send_timer_(socket_.get_executor()) {
   context_.streams.insert(this);
   ++context_.state.counters.sessions;
-  ++context_.state.counters.open_sessions;
 }
 
 StreamSession::~StreamSession() {
   context_.streams.erase(this);
-  --context_.state.counters.open_sessions;
   context_.state.counters.dropped_views += pace_.droppedViews();
 }
 
@@ -373,6 +386,7 @@ void spawnLoop(const std::shared_ptr<StreamSession>& session, asio::awaitable<vo
 asio::awaitable<void> serveStream(WireStream stream, beast::http::request<beast::http::string_body> upgrade,
                                   ServerContext& context, std::size_t volume) {
   const ServerOptions& options = context.state.options;
+  auto place = std::make_unique<SessionPlace>(context);
   const auto executor = stream.get_executor();
   stream.expires_never();  // the WebSocket has timers of its own
   WebSocket socket(std::move(stream));
@@ -388,7 +402,7 @@ asio::awaitable<void> serveStream(WireStream stream, beast::http::request<beast:
   co_await socket.async_accept(upgrade, keepError(error));
   if (error) co_return;
   beast::get_lowest_layer(socket).socket().set_option(asio::ip::tcp::no_delay(true), error);
-  const auto session = std::make_shared<StreamSession>(std::move(socket), context, volume);
+  const auto session = std::make_shared<StreamSession>(std::move(socket), context, volume, std::move(place));
   session->sayHello();
   if (context.state.draining) session->goAway();
   spawnLoop(session, &StreamSession::paint, executor);
