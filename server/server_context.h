@@ -43,4 +43,16 @@ class BusyLease {
   ServerContext& context_;
 };
 
+// One of the max_sessions places, taken before the handshake, which waits for the client.
+class SessionPlace {
+ public:
+  explicit SessionPlace(ServerContext& context) : counters_(context.state.counters) { ++counters_.open_sessions; }
+  ~SessionPlace() { --counters_.open_sessions; }
+  SessionPlace(const SessionPlace&) = delete;
+  SessionPlace& operator=(const SessionPlace&) = delete;
+
+ private:
+  ServerCounters& counters_;
+};
+
 }  // namespace blockwalk

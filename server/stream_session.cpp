@@ -31,18 +31,6 @@ constexpr std::size_t kFragmentBytes = std::size_t{256} << 10;
 
 auto keepError(error_code& error) { return asio::redirect_error(asio::use_awaitable, error); }
 
-// One of the max_sessions places, taken before the handshake, which waits for the client.
-class SessionPlace {
- public:
-  explicit SessionPlace(ServerContext& context) : counters_(context.state.counters) { ++counters_.open_sessions; }
-  ~SessionPlace() { --counters_.open_sessions; }
-  SessionPlace(const SessionPlace&) = delete;
-  SessionPlace& operator=(const SessionPlace&) = delete;
-
- private:
-  ServerCounters& counters_;
-};
-
 class StreamSession final : public OpenStream, public std::enable_shared_from_this<StreamSession> {
  public:
   StreamSession(WebSocket socket, ServerContext& context, std::size_t volume, std::unique_ptr<SessionPlace> place);
