@@ -13,7 +13,9 @@ function(add_room_test room)
   # Drivers and layers keep memory for the life of the process and are unloaded before leaks are looked for, so that those
   # cannot be told from ours: where Vulkan runs, leaks are the validation layers' to find.
   set(sanitizer_properties)
-  if(ARG_DRAWS)
+  if(ARG_DRAWS AND BLOCKWALK_SANITIZE MATCHES thread)
+    set(sanitizer_properties ENVIRONMENT TSAN_OPTIONS=suppressions=${CMAKE_CURRENT_SOURCE_DIR}/tests/tsan.supp)
+  elseif(ARG_DRAWS)
     set(sanitizer_properties ENVIRONMENT ASAN_OPTIONS=detect_leaks=0)
   endif()
   target_link_libraries(test_${room} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main)

@@ -26,12 +26,6 @@ glm::vec4 entryOf(const TransferPoint& point, double unit_distance) {
   return {glm::vec3(point.color), static_cast<float>(sigma / unit_distance)};
 }
 
-// What an empty voxel counts as in an average (docs/format.md).
-float emptyValue(const VolumeInfo& info) {
-  const auto zero = static_cast<float>(info.storedFromData(0));
-  return zero <= info.empty_threshold ? zero : info.empty_threshold;
-}
-
 }  // namespace
 
 TransferTable bakeTransfer(const View& view, const VolumeInfo& info, StoredRange visible, int level) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A view: the camera, the density range and everything else that one image depends on. Plain data, no Vulkan.
+// A view: the camera, the density range and everything else that one image depends on. Plain data, no Vulkan. What its
+// members mean for a pixel is docs/integration.md.
 #pragma once
 
 #include <array>
@@ -13,8 +14,10 @@
 
 namespace blockwalk {
 
-enum class Mode : std::uint8_t { blend, first_hit, blocks };
-enum class Filter : std::uint8_t { nearest };
+enum class Mode : std::uint8_t { blend, first_hit, blocks, mip, mean, iso };
+enum class Filter : std::uint8_t { nearest, linear };
+enum class TransferShape : std::uint8_t { linear, stepped };
+enum class Classification : std::uint8_t { post, pre_integrated };
 enum class Finder : std::uint8_t { automatic, query, grid };
 
 constexpr int kMaxImageSide = 8192;
@@ -53,8 +56,13 @@ struct View {
   std::optional<DensityRange> range;   // default the volume's non-empty range
   Mode mode = Mode::blend;
   Filter filter = Filter::nearest;
+  double step = 0.5;  // sample distance of the linear filter, voxels of the level drawn
+  Classification classification = Classification::post;
+  bool lit = false;
+  std::optional<double> iso;  // data units; mode iso, default the middle of the range
   double extinction = 0.2;              // rgba8: per unit distance at density 255
   std::vector<TransferPoint> transfer;  // scalar volumes; empty: chosen from the histogram
+  TransferShape transfer_shape = TransferShape::linear;
   std::optional<ClipBox> clip;
   int level = kAutoLevel;
   std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity

@@ -8,23 +8,11 @@
 #include <type_traits>
 
 namespace blockwalk {
-namespace {
-
-// What an absent voxel counts as: 0 data units where that is empty, else the threshold, in the stored type.
-float emptyValue(const VolumeInfo& info) {
-  const float greatest = info.type == VoxelType::u16 ? 65535.0f : 255.0f;
-  const auto zero = static_cast<float>(info.storedFromData(0)) + 0.0f;
-  const float value = zero <= info.empty_threshold ? zero : info.empty_threshold;
-  return info.type == VoxelType::f32 ? value : std::clamp(std::floor(value), 0.0f, greatest);
-}
-
-}  // namespace
-
 Downsampler::Downsampler(const VolumeInfo& info)
     : type_(info.type),
       side_(info.subblock_side),
       threshold_(info.empty_threshold),
-      empty_value_(info.type == VoxelType::rgba8 ? 0 : emptyValue(info)) {}
+      empty_value_(emptyValue(info)) {}
 
 void Downsampler::clear(std::span<std::byte> coarse) const {
   std::array<std::byte, 4> value{};

@@ -2,6 +2,7 @@
 #include "volume/volume.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "volume/error.h"
@@ -93,6 +94,14 @@ WorldBox worldBox(const VolumeInfo& info) {
 double unitDistance(const VolumeInfo& info) {
   const glm::dmat4& map = info.world_from_index;
   return std::min({glm::length(glm::dvec3(map[0])), glm::length(glm::dvec3(map[1])), glm::length(glm::dvec3(map[2]))});
+}
+
+float emptyValue(const VolumeInfo& info) {
+  if (info.type == VoxelType::rgba8) return 0;
+  const float greatest = info.type == VoxelType::u16 ? 65535.0f : 255.0f;
+  const auto zero = static_cast<float>(info.storedFromData(0)) + 0.0f;
+  const float value = zero <= info.empty_threshold ? zero : info.empty_threshold;
+  return info.type == VoxelType::f32 ? value : std::clamp(std::floor(value), 0.0f, greatest);
 }
 
 }  // namespace blockwalk

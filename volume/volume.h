@@ -118,4 +118,8 @@ struct WorldBox {
 WorldBox worldBox(const VolumeInfo& info);
 double unitDistance(const VolumeInfo& info);
 
+// What an empty voxel counts as in averages and interpolation, stored units, a value of the stored type: data value 0
+// where that is empty, else the threshold; 0 for rgba8.
+float emptyValue(const VolumeInfo& info);
+
 }  // namespace blockwalk
