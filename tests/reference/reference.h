@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reference: float64 truth on the CPU for one pixel or a whole image, nearest filter. It shares no code with the
-// kernels and none with the renderer, and it takes no short cut: no early ray termination, no skipping, no table.
+// The reference: float64 truth on the CPU for one pixel or a whole image, written from docs/integration.md. It shares
+// no code with the kernels and none with the renderer, and it takes no short cut: no early ray termination, no
+// skipping, no table.
 //
 // A voxel is visible when its density is finite, above the empty threshold, and within the view's range (data units,
 // both ends included). An end of the range that excludes no voxel of level 0 excludes none of a coarser level. Over a
 // length s inside a voxel of extinction sigma per unit distance the transmittance falls by exp(-sigma * s / unit); the
-// unit distance is the smallest voxel spacing of level 0.
+// unit distance is the smallest voxel spacing of level 0. The linear filter takes its samples on the documented
+// lattice, so that a kernel can be compared sample for sample; tests/reference/converged.h is its limit for small
+// steps.
 #pragma once
 
 #include <array>
@@ -20,16 +23,34 @@
 namespace blockwalk::reference {
 
 struct Pixel {
-  glm::dvec4 color{0};       // straight red, green, blue, opacity, 0..1, not rounded; blocks: the background
-  glm::ivec3 voxel{-1};      // first_hit: of the volume's level
-  double t = 0;              // first_hit: world distance from the eye to the entry into the voxel
+  glm::dvec4 color{0};   // straight red, green, blue, opacity, 0..1, not rounded; blocks: the background
+  glm::ivec3 voxel{-1};  // first_hit, iso, mip: the voxel, of the volume's level, that the point shown lies in
+  double t = 0;  // first_hit, iso, mip: world distance from the eye to that point; nearest: to the voxel's entry
+  double value = std::numeric_limits<double>::quiet_NaN();  // data units: density there; mean: the mean. NaN: nothing
   std::uint32_t blocks = 0;  // blocks: stored blocks that meet the range and that the ray crosses with positive length
-  // first_hit, blocks: how near the ray comes to where a rounding changes which cells it crosses, in voxels: the
-  // distance to the nearest edge of a voxel before and at the hit (first_hit) or of a block (blocks), of the box that
-  // it is cut to, and of the eye or a clip face to the next cell face along the ray. Infinite: not measured.
+
+  // How near the pixel is to being another one by rounding alone. Infinite: not measured, or nothing is near.
+  //
+  // Nearest first_hit, iso, mip and blocks: how near the ray comes to where a rounding changes which cells it crosses,
+  // in voxels: the distance to the nearest edge of a voxel before and at the hit or of a block (blocks), of the box
+  // that it is cut to, and of the eye or a clip face to the next cell face along the ray. Linear: to the box's edges
+  // alone.
   double edge_distance = std::numeric_limits<double>::infinity();
   // All modes: the ray stays within this distance of one plane of voxel faces all the way, in voxels.
   double face_distance = std::numeric_limits<double>::infinity();
+  // Linear: how near the density of a sample that counts (first_hit, iso: up to the hit's) comes to one at which what
+  // is seen jumps: an end of the range, the empty threshold, a step of the transfer function. Stored units. Samples
+  // among eight equal voxels do not count: they are exact in any arithmetic.
+  double margin = std::numeric_limits<double>::infinity();
+  // Linear: how near an end of the ray's part is to a point of the lattice, in steps: a sample may come or go there.
+  double lattice_distance = std::numeric_limits<double>::infinity();
+  // Linear first_hit, iso: how fast the density changes along the ray at the hit, stored units per world unit. An error
+  // e of the density moves t by e / |slope|. At the ray's entry t is exact whatever the slope.
+  double slope = 0;
+  bool at_entry = false;  // linear first_hit, iso: what is hit is where the ray enters
+  // Linear mip of rgba8: the largest difference in a channel between the colour shown and that of another visible
+  // sample whose density is within 1e-4 (stored units) of the largest.
+  double rival_difference = 0;
 };
 
 struct Image {
@@ -41,9 +62,10 @@ struct Image {
 // 8-bit colour, rounded to nearest.
 std::array<std::uint8_t, 4> roundColor(const glm::dvec4& color);
 
-// Opacity over the unit distance and colour of a scalar, in data units: linear between points, constant beyond the
-// ends.
-TransferPoint transferAt(const std::vector<TransferPoint>& transfer, double value);
+// Opacity over the unit distance and colour of a scalar, in data units: linear between points or held up to the next,
+// constant beyond the ends.
+TransferPoint transferAt(const std::vector<TransferPoint>& transfer, double value,
+                         TransferShape shape = TransferShape::linear);
 
 // The view is resolved (eye, target, up, range and, for scalars, transfer are there); its level is the volume's.
 Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y);

@@ -1,0 +1,22 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/reference/light.h"
+
+#include <cmath>
+
+namespace blockwalk::reference {
+
+glm::dvec3 shade(const DenseVolume& volume, const View& view, const Ray& world_ray, glm::dvec3 color,
+                 glm::dvec3 gradient_index) {
+  if (gradient_index == glm::dvec3(0)) return color;
+  const glm::dmat3 world_from_index(volume.world_from_index);
+  const glm::dvec3 n = glm::normalize(glm::transpose(glm::inverse(world_from_index)) * gradient_index);
+  const glm::dvec3 v = -world_ray.direction;
+  const glm::dvec3 forward = glm::normalize(view.target.value() - view.eye.value());
+  const glm::dvec3 right = glm::normalize(glm::cross(forward, view.up.value()));
+  const glm::dvec3 l = glm::normalize(-right + glm::cross(right, forward) - forward);
+  const double head_on = std::abs(glm::dot(n, v));
+  const double factor = 0.3 + 0.4 * head_on + 0.3 * std::abs(glm::dot(n, l));
+  return factor * color + 0.2 * std::pow(head_on, 32);
+}
+
+}  // namespace blockwalk::reference

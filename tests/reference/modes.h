@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// The modes of the reference renderer, one function a filter: what each makes of the field along a pixel's ray
+// (docs/integration.md, Modes). They fill in what reference.h says of the pixel.
+#pragma once
+
+#include "tests/reference/cut_ray.h"
+#include "tests/reference/reference.h"
+
+namespace blockwalk::reference {
+
+struct Scene {
+  const DenseVolume& volume;
+  const View& view;
+};
+
+// nearest_modes.cpp: exact path lengths in voxels
+void nearestBlend(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void nearestFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel);  // and iso
+void nearestMip(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void nearestMean(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void countBlocks(const Scene& scene, const CutRay& cut, Pixel& pixel);
+
+// linear_modes.cpp: samples on the lattice
+void linearBlend(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void linearFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel);  // and iso
+void linearMip(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void linearMean(const Scene& scene, const CutRay& cut, Pixel& pixel);
+
+double unitDistanceOf(const DenseVolume& volume);
+
+// Straight colour of `premultiplied` light seen with `transmittance` left, over the view's background; cut to 1, which
+// lit colours may exceed.
+glm::dvec4 overBackground(const View& view, glm::dvec3 premultiplied, double transmittance);
+
+}  // namespace blockwalk::reference
