@@ -2,7 +2,6 @@
 #include "volume/file.h"
 
 #include <fcntl.h>
-#include <sys/mman.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -14,33 +13,37 @@
 #include <limits>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "volume/error.h"
 #include "volume/file_header.h"
 
 namespace blockwalk {
 
-// The open file and its mapping.
-struct VolumeFile::Mapping {
-  explicit Mapping(const std::filesystem::path& file_path);
-  ~Mapping();
-  Mapping(const Mapping&) = delete;
-  Mapping& operator=(const Mapping&) = delete;
+// The open file. Nothing is mapped: reading a page of a mapping that lies beyond the end of a file which was truncated
+// meanwhile ends the process, and no check beforehand can be early enough.
+struct VolumeFile::Opened {
+  explicit Opened(const std::filesystem::path& file_path);
+  ~Opened();
+  Opened(const Opened&) = delete;
+  Opened& operator=(const Opened&) = delete;
 
-  // Throws when the file is shorter than it was: reading such pages of the mapping would end the process.
+  // Fills `out` from `offset` on. Throws when the file has no longer that many bytes, or cannot be read.
+  void read(std::uint64_t offset, std::span<std::byte> out) const;
+  // Throws when the file is shorter than it was.
   void checkLength() const;
-  std::span<const std::byte> section(const Section& which) const { return {data + which.offset, which.bytes}; }
-  void checkSum(const Section& which, std::string_view what, int level) const;
+  // The bytes of a section that has a checksum of its own.
+  std::vector<std::byte> readSection(const Section& which, std::string_view what, int level) const;
 
   std::filesystem::path path;
   std::string name;  // for messages
   int descriptor = -1;
   std::uint64_t bytes = 0;
-  const std::byte* data = nullptr;
   DecodedHeader header;
+  std::vector<std::vector<std::byte>> chunk_checksums;  // of each level, u64 each
 };
 
-VolumeFile::Mapping::Mapping(const std::filesystem::path& file_path) : path(file_path), name(file_path.string()) {
+VolumeFile::Opened::Opened(const std::filesystem::path& file_path) : path(file_path), name(file_path.string()) {
   // Without O_NONBLOCK the open of a FIFO would wait for a writer.
   descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
   if (descriptor < 0) failData("{}: cannot be opened: {}", name, std::strerror(errno));
@@ -52,51 +55,64 @@ VolumeFile::Mapping::Mapping(const std::filesystem::path& file_path) : path(file
     if (bytes < sizeof(FileHeader)) {
       failData("{}: {} bytes, but the header of a .bwv file alone has {}", name, bytes, sizeof(FileHeader));
     }
-    void* mapped = ::mmap(nullptr, bytes, PROT_READ, MAP_SHARED, descriptor, 0);
-    if (mapped == MAP_FAILED) failData("{}: {} bytes cannot be mapped: {}", name, bytes, std::strerror(errno));
-    data = static_cast<const std::byte*>(mapped);
-    checkLength();
-    header = decodeHeader({data, bytes}, bytes, name);
+    std::vector<std::byte> start(std::min<std::uint64_t>(bytes, kMaxHeaderBytes));
+    read(0, start);
+    header = decodeHeader(start, bytes, name);
     for (std::size_t i = 0; i < header.layout.levels.size(); ++i) {
-      checkSum(header.layout.levels[i].chunk_checksums, "chunk checksums", static_cast<int>(i));
+      chunk_checksums.push_back(
+          readSection(header.layout.levels[i].chunk_checksums, "chunk checksums", static_cast<int>(i)));
     }
   } catch (...) {
-    if (data != nullptr) ::munmap(const_cast<std::byte*>(data), bytes);
     ::close(descriptor);
     throw;
   }
 }
 
-VolumeFile::Mapping::~Mapping() {
-  ::munmap(const_cast<std::byte*>(data), bytes);
-  ::close(descriptor);
+VolumeFile::Opened::~Opened() { ::close(descriptor); }
+
+void VolumeFile::Opened::read(std::uint64_t offset, std::span<std::byte> out) const {
+  std::size_t done = 0;
+  while (done < out.size()) {
+    const ssize_t count = ::pread(descriptor, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) failData("{}: cannot be read at offset {}: {}", name, offset + done, std::strerror(errno));
+    if (count == 0) {
+      failData("{}: ended at offset {} while it was read, but had {} bytes when it was opened", name, offset + done,
+               bytes);
+    }
+    done += static_cast<std::size_t>(count);
+  }
 }
 
-void VolumeFile::Mapping::checkLength() const {
+void VolumeFile::Opened::checkLength() const {
   struct stat status {};
   if (::fstat(descriptor, &status) != 0) failData("{}: cannot be examined: {}", name, std::strerror(errno));
   const auto now = static_cast<std::uint64_t>(status.st_size);
   if (now < bytes) failData("{}: shrank from {} to {} bytes since it was opened", name, bytes, now);
 }
 
-void VolumeFile::Mapping::checkSum(const Section& which, std::string_view what, int level) const {
-  const std::uint64_t found = checksumOf(section(which));
-  if (found == which.checksum) return;
-  failData("{}: level {} {} at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", name, level, what,
-           which.offset, which.bytes, found, which.checksum);
+std::vector<std::byte> VolumeFile::Opened::readSection(const Section& which, std::string_view what, int level) const {
+  std::vector<std::byte> section(which.bytes);
+  read(which.offset, section);
+  const std::uint64_t found = checksumOf(section);
+  if (found != which.checksum) {
+    failData("{}: level {} {} at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", name, level, what,
+             which.offset, which.bytes, found, which.checksum);
+  }
+  return section;
 }
 
-VolumeFile::VolumeFile(const std::filesystem::path& path) : mapping_(std::make_unique<Mapping>(path)) {}
+VolumeFile::VolumeFile(const std::filesystem::path& path) : opened_(std::make_unique<Opened>(path)) {}
 VolumeFile::~VolumeFile() = default;
 VolumeFile::VolumeFile(VolumeFile&&) noexcept = default;
 VolumeFile& VolumeFile::operator=(VolumeFile&&) noexcept = default;
 
-const VolumeInfo& VolumeFile::info() const { return mapping_->header.info; }
-const std::filesystem::path& VolumeFile::path() const { return mapping_->path; }
-std::uint64_t VolumeFile::fileBytes() const { return mapping_->bytes; }
+const VolumeInfo& VolumeFile::info() const { return opened_->header.info; }
+const std::filesystem::path& VolumeFile::path() const { return opened_->path; }
+std::uint64_t VolumeFile::fileBytes() const { return opened_->bytes; }
 
 std::uint64_t VolumeFile::levelSectionBytes(int level) const {
-  const LevelEntry& entry = mapping_->header.layout.levels.at(static_cast<std::size_t>(level));
+  const LevelEntry& entry = opened_->header.layout.levels.at(static_cast<std::size_t>(level));
   return entry.blocks.bytes + entry.subblocks.bytes + entry.chunk_checksums.bytes + entry.voxels.bytes;
 }
 
@@ -200,21 +216,20 @@ class RecordReader {
 }  // namespace
 
 Level VolumeFile::readLevel(int level) const {
-  const DecodedHeader& header = mapping_->header;
+  const DecodedHeader& header = opened_->header;
   BLOCKWALK_CHECK(level, >=, 0);
   BLOCKWALK_CHECK(static_cast<std::size_t>(level), <, header.layout.levels.size());
   const LevelEntry& entry = header.layout.levels[static_cast<std::size_t>(level)];
-  mapping_->checkLength();
-  mapping_->checkSum(entry.blocks, "block records", level);
-  mapping_->checkSum(entry.subblocks, "subblock records", level);
-  Level result = RecordReader(mapping_->name, header.info, entry, level)
-                     .read(mapping_->section(entry.blocks), mapping_->section(entry.subblocks));
+  opened_->checkLength();
+  const std::vector<std::byte> blocks = opened_->readSection(entry.blocks, "block records", level);
+  const std::vector<std::byte> subblocks = opened_->readSection(entry.subblocks, "subblock records", level);
+  Level result = RecordReader(opened_->name, header.info, entry, level).read(blocks, subblocks);
   linkNeighbours(result.blocks);
   return result;
 }
 
 void VolumeFile::readVoxels(int level, std::uint64_t first, std::uint64_t count, std::span<std::byte> out) const {
-  const DecodedHeader& header = mapping_->header;
+  const DecodedHeader& header = opened_->header;
   BLOCKWALK_CHECK(level, >=, 0);
   BLOCKWALK_CHECK(static_cast<std::size_t>(level), <, header.layout.levels.size());
   const LevelEntry& entry = header.layout.levels[static_cast<std::size_t>(level)];
@@ -224,33 +239,28 @@ void VolumeFile::readVoxels(int level, std::uint64_t first, std::uint64_t count,
   BLOCKWALK_CHECK(out.size(), ==, count * subblock_bytes);
   if (count == 0) return;
 
-  mapping_->checkLength();
-  const std::span<const std::byte> voxels = mapping_->section(entry.voxels);
-  const std::span<const std::byte> sums = mapping_->section(entry.chunk_checksums);
+  opened_->checkLength();
+  const std::vector<std::byte>& sums = opened_->chunk_checksums[static_cast<std::size_t>(level)];
   const std::uint64_t begin = first * subblock_bytes;
   const std::uint64_t end = begin + out.size();
+  // `out` may be device memory, which is slow to read: what is checked is a copy of one chunk that stays in the cache.
+  const auto chunk_bytes = std::make_unique_for_overwrite<std::byte[]>(std::min(kChunkBytes, entry.voxels.bytes));
   for (std::uint64_t chunk = begin / kChunkBytes; chunk * kChunkBytes < end; ++chunk) {
     const std::uint64_t chunk_begin = chunk * kChunkBytes;
-    const std::uint64_t chunk_end = std::min<std::uint64_t>(chunk_begin + kChunkBytes, voxels.size());
+    const std::uint64_t chunk_end = std::min<std::uint64_t>(chunk_begin + kChunkBytes, entry.voxels.bytes);
+    const std::span<std::byte> bytes(chunk_bytes.get(), chunk_end - chunk_begin);
+    opened_->read(entry.voxels.offset + chunk_begin, bytes);
     std::uint64_t wanted = 0;
     std::memcpy(&wanted, sums.data() + chunk * sizeof wanted, sizeof wanted);
-    const std::uint64_t found = checksumOf(voxels.subspan(chunk_begin, chunk_end - chunk_begin));
+    const std::uint64_t found = checksumOf(bytes);
     if (found != wanted) {
-      failData("{}: level {} voxels at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", mapping_->name,
-               level, entry.voxels.offset + chunk_begin, chunk_end - chunk_begin, found, wanted);
+      failData("{}: level {} voxels at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", opened_->name, level,
+               entry.voxels.offset + chunk_begin, bytes.size(), found, wanted);
     }
     const std::uint64_t from = std::max(begin, chunk_begin);
     const std::uint64_t to = std::min(end, chunk_end);
-    std::memcpy(out.data() + (from - begin), voxels.data() + from, to - from);
+    std::memcpy(out.data() + (from - begin), bytes.data() + (from - chunk_begin), to - from);
   }
-
-  // The voxels are the caller's now. Giving the pages back keeps a reader of a file larger than memory small; they stay
-  // in the kernel's cache.
-  const auto page = static_cast<std::uint64_t>(::sysconf(_SC_PAGESIZE));
-  const std::uint64_t from = (entry.voxels.offset + begin / kChunkBytes * kChunkBytes) / page * page;
-  const std::uint64_t to =
-      entry.voxels.offset + std::min<std::uint64_t>((end + kChunkBytes - 1) / kChunkBytes * kChunkBytes, voxels.size());
-  ::madvise(const_cast<std::byte*>(mapping_->data) + from, to - from, MADV_DONTNEED);
 }
 
 }  // namespace blockwalk

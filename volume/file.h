@@ -10,8 +10,9 @@
 
 namespace blockwalk {
 
-// An open volume file: memory-mapped, its header and section table validated; a level's records are validated when they
-// are read, its voxels against their checksums. Move-only owner of the mapping.
+// An open volume file: its header and section table are validated and kept; a level's records are read and validated
+// when they are asked for, its voxels are read and held against their checksums. Nothing is mapped, so that a file that
+// is truncated or changed meanwhile gives an error and no signal. Move-only owner of the descriptor.
 // Every constructor and method throws DataError that names the file, the field or offset, and the bound.
 // A level or a subblock that the file does not have is the caller's error (BLOCKWALK_CHECK).
 // Thread-compatible: const methods may run at the same time from several threads.
@@ -30,13 +31,13 @@ class VolumeFile {
   // Decodes and validates the records of a level; neighbours are linked.
   Level readLevel(int level) const;
   // Copies `count` subblocks' voxels starting at subblock `first` of the level: count * subblockVoxels() * voxelBytes
-  // bytes, subblock after subblock, x fastest inside. Verifies the checksums of the file chunks it touches, and that
-  // the file has not shrunk since it was opened.
+  // bytes, subblock after subblock, x fastest inside. Verifies the checksums of the file chunks it touches before
+  // `out` gets anything of them, and that the file has not shrunk since it was opened.
   void readVoxels(int level, std::uint64_t first, std::uint64_t count, std::span<std::byte> out) const;
 
  private:
-  struct Mapping;
-  std::unique_ptr<Mapping> mapping_;
+  struct Opened;
+  std::unique_ptr<Opened> opened_;
 };
 
 }  // namespace blockwalk

@@ -217,9 +217,8 @@ FileHeader openHeader(std::span<const std::byte> start, std::uint64_t file_bytes
   if (header.magic != kFileMagic) failData("{}: not a .bwv file: the first 8 bytes are not its signature", check.file);
   check(header.version == kFileVersion, FIELD(version), fmt::format("{} for this program", kFileVersion));
   check(header.file_bytes == file_bytes, FIELD(file_bytes), fmt::format("the file's length, {}", file_bytes));
-  constexpr std::size_t kMost = sizeof(FileHeader) + kMaxLevels * sizeof(LevelEntry) + kMaxSourceNameBytes;
-  check(header.header_bytes >= sizeof(FileHeader) && header.header_bytes <= kMost, FIELD(header_bytes),
-        fmt::format("{}..{}", sizeof(FileHeader), kMost));
+  check(header.header_bytes >= sizeof(FileHeader) && header.header_bytes <= kMaxHeaderBytes, FIELD(header_bytes),
+        fmt::format("{}..{}", sizeof(FileHeader), kMaxHeaderBytes));
   check(header.header_bytes <= start.size(), FIELD(header_bytes), "at most the file's length");
   const std::uint64_t checksum = headerChecksum(start.first(header.header_bytes));
   check(checksum == header.header_checksum, FIELD(header_checksum), fmt::format("{}, the header's own", checksum));

@@ -87,6 +87,8 @@ struct LevelEntry {
 };
 static_assert(sizeof(LevelEntry) == 128 && sizeof(Section) == 24);
 
+constexpr std::size_t kMaxHeaderBytes = sizeof(FileHeader) + kMaxLevels * sizeof(LevelEntry) + kMaxSourceNameBytes;
+
 // Bytes of one stored density.
 std::size_t densityBytes(VoxelType type);
 // Bytes of one block record and of one subblock record.
