@@ -1,17 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Any bytes as a .bwv file: DataError or a volume that can be read whole. Inputs are tried as they are and with their
 // checksums made right, so that mutations get past them to the fields.
-#include <sys/mman.h>
-#include <unistd.h>
-
 #include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <string>
 #include <vector>
 
+#include "tests/fuzz/memory_file.h"
 #include "tests/volume/memory_source.h"
 #include "volume/builder.h"
 #include "volume/error.h"
@@ -21,26 +18,6 @@
 namespace {
 
 using namespace blockwalk;
-
-// A file in memory, so that thousands of runs do not touch the disk.
-class MemoryFile {
- public:
-  MemoryFile() : descriptor_(memfd_create("bwv", MFD_CLOEXEC)) {
-    if (descriptor_ < 0) std::abort();
-  }
-  ~MemoryFile() { close(descriptor_); }
-  MemoryFile(const MemoryFile&) = delete;
-  MemoryFile& operator=(const MemoryFile&) = delete;
-
-  std::filesystem::path path() const { return "/proc/self/fd/" + std::to_string(descriptor_); }
-  void fill(const std::vector<std::byte>& bytes) const {
-    const auto size = static_cast<off_t>(bytes.size());
-    if (ftruncate(descriptor_, size) != 0 || pwrite(descriptor_, bytes.data(), bytes.size(), 0) != size) std::abort();
-  }
-
- private:
-  int descriptor_;
-};
 
 void readAll(const MemoryFile& memory) {
   try {
@@ -91,10 +68,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   static const MemoryFile memory;
   std::vector<std::byte> bytes(size);
   if (size > 0) std::memcpy(bytes.data(), data, size);
-  memory.fill(bytes);
+  memory.fill(bytes.data(), bytes.size());
   readAll(memory);
   seal(bytes);
-  memory.fill(bytes);
+  memory.fill(bytes.data(), bytes.size());
   readAll(memory);
   return 0;
 }

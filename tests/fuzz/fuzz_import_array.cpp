@@ -1,36 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // NRRD and MetaImage files, and gzip streams read as raw: opened, and read to the end or to a bound.
-#include <sys/mman.h>
-#include <unistd.h>
 #include <zlib.h>
 
-#include <algorithm>
 #include <cstdint>
-#include <cstdlib>
 #include <string>
 #include <vector>
 
-#include "volume/error.h"
-#include "volume/import/import.h"
+#include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/read_source.h"
 
 namespace {
-
-constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 20;  // read of one source
-
-void importFile(const std::string& path, const blockwalk::ImportOptions& options) {
-  try {
-    const auto source = blockwalk::openSource({path}, options);
-    const blockwalk::SourceInfo& info = source->info();
-    const auto row = static_cast<std::uint64_t>(info.dims.x) * blockwalk::voxelBytes(info.type);
-    std::vector<std::byte> rows(row);
-    std::uint64_t left = kMostBytes / row;
-    for (int z = 0; z < info.dims.z && left > 0; ++z) {
-      for (int y = 0; y < info.dims.y && left > 0; ++y, --left) source->readRows(z, y, 1, rows);
-    }
-  } catch (const blockwalk::DataError&) {
-    // Refused, as most input is.
-  }
-}
 
 std::string packed(const std::string& bytes, int window_bits) {
   z_stream stream{};
@@ -50,15 +29,14 @@ std::string packed(const std::string& bytes, int window_bits) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const int file = memfd_create("input", 0);
-  static const std::string path = "/proc/self/fd/" + std::to_string(file);
-  if (ftruncate(file, 0) != 0 || pwrite(file, data, size, 0) != static_cast<ssize_t>(size)) std::abort();
+  static const blockwalk::MemoryFile file;
+  file.fill(data, size);
   blockwalk::ImportOptions options;
   options.memory_bytes = std::uint64_t{1} << 20;
-  importFile(path, options);
+  blockwalk::readSource(file.path(), options);
   options.dims = glm::ivec3(8, 4, 2);
   options.type = "u16";
-  importFile(path, options);
+  blockwalk::readSource(file.path(), options);
   return 0;
 }
 

@@ -1,41 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 // PNG and TIFF files: opened, and read to the end or to a bound.
 #include <png.h>
-#include <sys/mman.h>
 #include <tiffio.h>
-#include <unistd.h>
 
-#include <algorithm>
 #include <cstdint>
 #include <cstdlib>
 #include <string>
 #include <vector>
 
-#include "volume/error.h"
-#include "volume/import/import.h"
+#include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/read_source.h"
 
 namespace {
 
-constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 20;  // read of one source
-
-// A file in memory that has a name.
-struct MemoryFile {
-  int descriptor = memfd_create("input", 0);
-  std::string path = "/proc/self/fd/" + std::to_string(descriptor);
-
-  void fill(const void* data, std::size_t size) const {
-    if (ftruncate(descriptor, 0) != 0 || pwrite(descriptor, data, size, 0) != static_cast<ssize_t>(size)) std::abort();
-  }
-  std::string contents() const {
-    std::string bytes(static_cast<std::size_t>(lseek(descriptor, 0, SEEK_END)), '\0');
-    if (pread(descriptor, bytes.data(), bytes.size(), 0) != static_cast<ssize_t>(bytes.size())) std::abort();
-    return bytes;
-  }
-};
-
 std::string tiffSeed(int bits, int samples, int compression, int tile, int pages) {
-  const MemoryFile file;
-  TIFF* tiff = TIFFOpen(file.path.c_str(), "w");
+  const blockwalk::MemoryFile file;
+  TIFF* tiff = TIFFOpen(file.path().c_str(), "w");
   for (int page = 0; page < pages; ++page) {
     TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, 20);
     TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, 18);
@@ -82,22 +62,11 @@ std::string pngSeed(int format) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const MemoryFile file;
+  static const blockwalk::MemoryFile file;
   file.fill(data, size);
   blockwalk::ImportOptions options;
   options.memory_bytes = std::uint64_t{4} << 20;
-  try {
-    const auto source = blockwalk::openSource({file.path}, options);
-    const blockwalk::SourceInfo& info = source->info();
-    const auto row = static_cast<std::uint64_t>(info.dims.x) * blockwalk::voxelBytes(info.type);
-    std::vector<std::byte> rows(row);
-    std::uint64_t left = kMostBytes / row;
-    for (int z = 0; z < info.dims.z && left > 0; ++z) {
-      for (int y = 0; y < info.dims.y && left > 0; ++y, --left) source->readRows(z, y, 1, rows);
-    }
-  } catch (const blockwalk::DataError&) {
-    // Refused, as most input is.
-  }
+  blockwalk::readSource(file.path(), options);
   return 0;
 }
 

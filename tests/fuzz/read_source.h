@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// What every fuzz target of the importers does with a file: opens it, and reads it to the end or to a bound.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "volume/error.h"
+#include "volume/import/import.h"
+
+namespace blockwalk {
+
+constexpr std::uint64_t kMostBytes = std::uint64_t{4} << 20;  // read of one source
+
+inline void readSource(const std::string& path, const ImportOptions& options) {
+  try {
+    const auto source = openSource({path}, options);
+    const SourceInfo& info = source->info();
+    const auto row = static_cast<std::uint64_t>(info.dims.x) * voxelBytes(info.type);
+    std::vector<std::byte> rows(row);
+    std::uint64_t left = kMostBytes / row;
+    for (int z = 0; z < info.dims.z && left > 0; ++z) {
+      for (int y = 0; y < info.dims.y && left > 0; ++y, --left) source->readRows(z, y, 1, rows);
+    }
+  } catch (const DataError&) {
+    // Refused, as most input is.
+  }
+}
+
+}  // namespace blockwalk
