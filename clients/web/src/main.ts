@@ -6,6 +6,7 @@ import { Controls } from "./controls";
 import { byId } from "./dom";
 import { bindKeys, bindPointer } from "./gestures";
 import { noticeFor, type StreamState } from "./notice";
+import type { Problem } from "./protocol";
 import { Overlay } from "./overlay";
 import { RangeControl } from "./range_control";
 import { Readout } from "./readout";
@@ -36,6 +37,7 @@ class Page {
 
   private catalogState: CatalogState = { kind: "unknown" };
   private streamState: StreamState = "none";
+  private refusal: Problem | null = null; // of the stream
   private chosen: string | null = null;
   private opened: string | null = null; // the volume the viewer has
   private overrides: ViewOverrides = {}; // for the next volume that opens
@@ -55,7 +57,7 @@ class Page {
         this.stage.dataset["frame"] = String(header.seq);
         this.stage.dataset["final"] = String(header.final);
       },
-      streamChanged: (state) => this.streamChanged(state),
+      streamChanged: (state, refusal) => this.streamChanged(state, refusal),
       problem: (problem) => this.toasts.show(problem),
     });
     bindPointer(this.canvas, this.viewer);
@@ -103,13 +105,14 @@ class Page {
     this.update();
   }
 
-  private streamChanged(state: StreamState): void {
+  private streamChanged(state: StreamState, refusal: Problem | null): void {
     this.streamState = state;
+    this.refusal = refusal;
     this.stage.dataset["stream"] = state;
     this.stage.dataset["final"] = "false"; // until this connection has sent a final frame itself
     this.update();
     // The list knows why: the server is away, or the volume loads again.
-    if (state === "lost") void this.catalog.refresh();
+    if (state === "lost" || refusal !== null) void this.catalog.refresh();
   }
 
   // Opens what is chosen once it is ready, and shows where things stand.
@@ -125,7 +128,7 @@ class Page {
       if (isReady) this.viewer.open(streamAddress(this.chosen), this.overrides);
       else this.viewer.close();
     }
-    this.overlay.show(noticeFor(this.catalogState, this.chosen, this.streamState));
+    this.overlay.show(noticeFor(this.catalogState, this.chosen, this.streamState, this.refusal));
   }
 
   private viewChanged(view: ViewState): void {

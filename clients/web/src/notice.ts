@@ -2,6 +2,7 @@
 // What covers the picture while there is none to show: a pure choice from the states of list, choice and stream.
 
 import type { CatalogState } from "./catalog";
+import type { Problem } from "./protocol";
 
 export type StreamState = "none" | "connecting" | "live" | "lost";
 
@@ -11,7 +12,8 @@ export interface Notice {
   readonly detail: string;
 }
 
-export function noticeFor(catalog: CatalogState, chosen: string | null, stream: StreamState): Notice | null {
+// `refusal`: why the newest attempt at a stream was refused; null when it was not, or nobody knows.
+export function noticeFor(catalog: CatalogState, chosen: string | null, stream: StreamState, refusal: Problem | null): Notice | null {
   if (stream === "live") return null;
   if (catalog.kind === "refused") return { kind: "failed", title: "The server wants a token", detail: catalog.reason };
   if (catalog.kind === "unreachable" && stream === "lost") return kReconnecting;
@@ -34,6 +36,7 @@ export function noticeFor(catalog: CatalogState, chosen: string | null, stream: 
   if (volume.state === "failed") {
     return { kind: "failed", title: `${volume.name} could not be loaded`, detail: volume.error ?? "" };
   }
+  if (refusal !== null) return { kind: "busy", title: refusal.title, detail: sentences(refusal.detail, "Trying again…") };
   return stream === "lost" ? kReconnecting : { kind: "busy", title: "Connecting…", detail: "" };
 }
 
@@ -42,3 +45,7 @@ const kReconnecting: Notice = {
   title: "Reconnecting…",
   detail: "The server is away. The view is kept.",
 };
+
+function sentences(detail: string, next: string): string {
+  return detail === "" ? next : `${detail.charAt(0).toUpperCase()}${detail.slice(1)}. ${next}`;
+}

@@ -2,8 +2,8 @@
 // One volume's WebSocket: connects, reconnects with growing pauses, turns messages into typed events.
 // It keeps no view: after each hello its owner sends the whole one again.
 
-import { FormatError } from "./json_fields";
-import { ackMessage, kSubprotocol, parseFrame, parseMessage, viewMessage } from "./protocol";
+import { Fields, FormatError, parseJson } from "./json_fields";
+import { ackMessage, kSubprotocol, parseFrame, parseMessage, parseProblem, viewMessage } from "./protocol";
 import type { Frame, Problem, ViewMembers } from "./protocol";
 import type { VolumeInfo } from "./volume_info";
 
@@ -12,10 +12,13 @@ export interface StreamEvents {
   frame(frame: Frame): void;
   problem(problem: Problem): void;
   down(): void; // at each connection that ended or was refused; another attempt follows by itself
+  refused(problem: Problem | null): void; // after that: why the server opens no stream; null when nobody knows
 }
 
 const kFirstPauseMs = 250;
 const kLongestPauseMs = 4000;
+const kAnswerTimeoutMs = 10000;
+const kRefusals: readonly number[] = [401, 403, 404, 429, 503];
 
 export class Stream {
   private socket: WebSocket | null = null;
@@ -69,11 +72,19 @@ export class Stream {
   }
 
   private reconnect(): void {
+    const wasRefused = !this.greeted;
     this.greeted = false;
     const pause = Math.min(kLongestPauseMs, kFirstPauseMs * 2 ** this.attempts++);
     // Spread, so that many pages do not knock on a restarted server at the same moment.
     this.retry = window.setTimeout(() => this.connect(), pause * (0.75 + 0.5 * Math.random()));
     this.events.down();
+    if (wasRefused) void this.askWhy(this.attempts);
+  }
+
+  // A browser hides how the server answered an upgrade, but the same address says it to a plain GET.
+  private async askWhy(attempt: number): Promise<void> {
+    const problem = await fetchRefusal(this.address.replace(/^ws/, "http"));
+    if (!this.closed && !this.greeted && attempt === this.attempts) this.events.refused(problem);
   }
 
   private receive(data: unknown): void {
@@ -95,5 +106,17 @@ export class Stream {
     } else if (message.kind === "error") {
       this.events.problem(message.problem);
     }
+  }
+}
+
+// Null when the server is away, or would open a stream now: the next attempt shows it.
+async function fetchRefusal(address: string): Promise<Problem | null> {
+  try {
+    const response = await fetch(address, { cache: "no-store", signal: AbortSignal.timeout(kAnswerTimeoutMs) });
+    if (!kRefusals.includes(response.status)) return null;
+    return parseProblem(new Fields(parseJson(await response.text(), "problem"), "problem"));
+  } catch (error) {
+    if (error instanceof FormatError || error instanceof DOMException || error instanceof TypeError) return null; // no answer, or none of this server's
+    throw error;
   }
 }

@@ -19,7 +19,7 @@ export interface ViewerEvents {
   opened(volume: VolumeInfo): void;
   viewChanged(view: ViewState): void;
   frameShown(header: FrameHeader): void;
-  streamChanged(state: StreamState): void;
+  streamChanged(state: StreamState, refusal: Problem | null): void; // `refusal`: why a stream that is not live is refused
   problem(problem: Problem): void;
 }
 
@@ -32,6 +32,7 @@ export class Viewer implements Moves {
   private sent: ViewState | null = null; // null: the server knows nothing of this view yet
   private scheduled = false;
   private state: StreamState = "none";
+  private refusal: Problem | null = null;
 
   constructor(
     private readonly canvas: HTMLCanvasElement,
@@ -60,7 +61,8 @@ export class Viewer implements Moves {
         this.picture.push(frame);
       },
       problem: (problem) => this.events.problem(problem),
-      down: () => this.setState(this.volume === null ? "connecting" : "lost"),
+      down: () => this.setState(this.volume === null ? "connecting" : "lost", this.refusal),
+      refused: (problem) => this.setState(this.state, problem),
     });
   }
 
@@ -153,10 +155,12 @@ export class Viewer implements Moves {
     return { width: this.canvas.clientWidth, height: this.canvas.clientHeight, fovDegrees: view.fovDegrees };
   }
 
-  private setState(state: StreamState): void {
-    if (state === this.state) return;
+  // A refusal stands while attempts follow each other, until the stream opens or another answer comes.
+  private setState(state: StreamState, refusal: Problem | null = null): void {
+    if (state === this.state && refusal === this.refusal) return;
     this.state = state;
-    this.events.streamChanged(state);
+    this.refusal = refusal;
+    this.events.streamChanged(state, refusal);
   }
 
   private report(reason: string): void {

@@ -28,6 +28,8 @@ export class MockServer {
   volumes: readonly ListedVolume[];
   readonly views: View[] = []; // every view message, as it came
   readonly acks: number[] = [];
+  refusal: { readonly status: number; readonly title: string; readonly detail: string } | null = null; // of every stream
+  attempts = 0; // at a stream
   private readonly http: Server;
   private readonly sockets = new WebSocketServer({ noServer: true, handleProtocols: () => "blockwalk.v1" });
 
@@ -35,6 +37,8 @@ export class MockServer {
     this.volumes = volumes;
     this.http = createServer((request, response) => void this.answer(request, response));
     this.http.on("upgrade", (request, socket, head) => {
+      ++this.attempts;
+      if (this.refusal !== null) return void socket.end(`HTTP/1.1 ${this.refusal.status} Refused\r\nContent-Length: 0\r\n\r\n`);
       const id = /^\/api\/v1\/volumes\/([^/]+)\/stream$/.exec(request.url ?? "")?.[1];
       const volume = this.volumes.find((listed) => listed.id === decodeURIComponent(id ?? ""));
       if (volume?.state !== "ready") return void socket.end("HTTP/1.1 503 Service Unavailable\r\n\r\n");
@@ -62,6 +66,10 @@ export class MockServer {
     if (path === "/api/v1/volumes") {
       const volumes = this.volumes.map((listed) => (listed.state === "ready" ? { ...sampleVolume(listed.id, listed.type), ...listed } : { name: listed.id, ...listed }));
       return void response.writeHead(200, { "content-type": "application/json" }).end(JSON.stringify({ volumes }));
+    }
+    if (path.endsWith("/stream") && this.refusal !== null) {
+      const problem = { type: "about:blank", ...this.refusal };
+      return void response.writeHead(this.refusal.status, { "content-type": "application/problem+json" }).end(JSON.stringify(problem));
     }
     const file = path === "/" ? "/index.html" : path;
     const type = kTypes[extname(file)];

@@ -176,6 +176,22 @@ test("a server that goes and comes back gets the whole view again", () => run({}
   }
 }));
 
+test("a stream that is refused says why, and is tried again with growing pauses", () => run({ volumes: [] }, async ({ page, mock }) => {
+  mock.refusal = { status: 429, title: "Too Many Requests", detail: "2 streams are open, as many as may be" };
+  mock.volumes = kVolumes;
+  await page.waitForSelector("#overlay:has-text('Too Many Requests')");
+  await page.waitForSelector("#overlay:has-text('2 streams are open')");
+  await screenshot(page, "refused");
+  mock.refusal = { status: 503, title: "Service Unavailable", detail: "the server is ending" };
+  await page.waitForSelector("#overlay:has-text('The server is ending')");
+  const attempts = mock.attempts;
+  await page.waitForTimeout(2000);
+  assert.ok(mock.attempts - attempts <= 4, `${mock.attempts - attempts} attempts in 2 s`);
+  mock.refusal = null;
+  await waitForFinal(page);
+  assert.equal(await page.locator("#overlay").isVisible(), false);
+}));
+
 test("a problem names its field and can be dismissed", () => run({}, async ({ page, mock }) => {
   await waitForFinal(page);
   const problem = { type: "about:blank", title: "Bad Request", status: 400, detail: "range: lo is above hi", field: "range" };
