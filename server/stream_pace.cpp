@@ -7,7 +7,8 @@ namespace blockwalk {
 namespace {
 
 constexpr double kRaiseMargin = 0.7;  // a larger scale must fit this share of the time, so that scales do not alternate
-constexpr double kCostWeight = 0.3;   // of the newest frame in the estimate
+constexpr double kTrialGrowth = 1.5;  // of the cost, at twice the scale: more is not worth a trial
+constexpr int kFreeFrames = 60;       // in a row: the link is well
 constexpr int kQualityDown = 10;
 constexpr int kQualityUp = 5;
 constexpr std::chrono::milliseconds kLongFrame{250};
@@ -47,19 +48,18 @@ bool StreamPace::acknowledge(std::uint64_t id) {
 PaceStep StreamPace::next(Clock::time_point now) {
   const bool is_shown = has_shown_ && shown_id_ == newest_id_;
   if (!has_view_ || (is_shown && shown_final_)) return {};
+  const auto due = is_shown ? view_time_ + kStillTime : last_start_ + seconds(1 / limits_.fps);
   if (static_cast<int>(in_flight_.size()) >= limits_.frames_in_flight) {
-    was_blocked_ = was_blocked_ || !is_shown;
+    was_blocked_ = was_blocked_ || (!is_shown && due <= now);
     return {};
   }
   PaceStep step{.kind = is_shown ? PaceStep::Kind::still : PaceStep::Kind::moving, .when = now, .id = newest_id_};
   if (step.kind == PaceStep::Kind::moving) {
-    chooseScale();
     step.scale = scale_;
     step.quality = std::min(quality_, full_quality_);
   } else {
     step.quality = full_quality_;
   }
-  const auto due = is_shown ? view_time_ + kStillTime : last_start_ + seconds(1 / limits_.fps);
   const auto when = std::max(due, link_free_);
   if (when > now) return {.kind = PaceStep::Kind::wait, .when = when};
   return step;
@@ -88,16 +88,14 @@ void StreamPace::frameSent(const PaceStep& step, double cost_ms, std::size_t byt
     link_free_ = std::max(link_free_, now) + seconds(share);
   }
   if (step.kind == PaceStep::Kind::still) return;
-  const double full_cost = cost_ms / (step.scale * step.scale);
-  full_cost_ms_ = full_cost_ms_ == 0 ? full_cost : full_cost_ms_ + kCostWeight * (full_cost - full_cost_ms_);
-  chooseQuality(bytes);
+  judgeCost(cost_ms, now);
+  judgeLink(bytes, now);
 }
 
+// It was too slow, nobody knows by how much or why. If it loaded something the larger scale may be right, so that a
+// trial need not wait; if it did not, the smaller one is too slow for a trial.
 void StreamPace::frameCancelled(const PaceStep& step) {
-  if (step.kind == PaceStep::Kind::still) return;
-  // It was slower than expected, nobody knows by how much.
-  const double budget_ms = 1000 / limits_.fps;
-  full_cost_ms_ = std::max(2 * full_cost_ms_, 2 * budget_ms / (step.scale * step.scale));
+  if (step.kind == PaceStep::Kind::moving) lowerScale(step.scale / 2);
 }
 
 void StreamPace::frameFailed(const PaceStep& step) {
@@ -106,28 +104,59 @@ void StreamPace::frameFailed(const PaceStep& step) {
   shown_final_ = true;
 }
 
-void StreamPace::chooseScale() {
-  if (full_cost_ms_ == 0) return;
-  const double budget_ms = 1000 / limits_.fps;
-  double fitting = 1;
-  while (fitting > kSmallestScale && full_cost_ms_ * fitting * fitting > budget_ms) fitting /= 2;
-  if (fitting <= scale_) {
-    scale_ = fitting;
-  } else {
-    while (scale_ < fitting && full_cost_ms_ * 4 * scale_ * scale_ <= kRaiseMargin * budget_ms) scale_ *= 2;
+void StreamPace::judgeCost(double cost_ms, Clock::time_point now) {
+  const bool was_slow = on_trial_ || (last_cost_ms_ && *last_cost_ms_ > budgetMs());
+  if (cost_ms > budgetMs() && was_slow) {
+    const double cost = last_cost_ms_ ? std::min(cost_ms, *last_cost_ms_) : cost_ms;
+    double fitting = scale_ / 2;
+    while (fitting > kSmallestScale && cost * fitting * fitting > budgetMs() * scale_ * scale_) fitting /= 2;
+    if (scale_ > kSmallestScale) cost_pause_.fail(now);
+    return lowerScale(fitting);
   }
+  if (on_trial_) cost_pause_.length = cost_pause_.first;
+  on_trial_ = false;
+  last_cost_ms_ = cost_ms;
 }
 
-void StreamPace::chooseQuality(std::size_t bytes) {
+void StreamPace::judgeLink(std::size_t bytes, Clock::time_point now) {
   const double frame_bytes = static_cast<double>(bytes);
   const double allowed =
       limits_.max_bytes_per_second ? static_cast<double>(*limits_.max_bytes_per_second) / limits_.fps : 2 * frame_bytes;
+  const int lowest = std::min(kLowestQuality, full_quality_);
   if (was_blocked_ || frame_bytes > allowed) {
-    quality_ = std::max(std::min(kLowestQuality, full_quality_), quality_ - kQualityDown);
-  } else if (frame_bytes < kRaiseMargin * allowed) {
-    quality_ = std::min(full_quality_, quality_ + kQualityUp);
+    free_frames_ = 0;
+    held_up_frames_ = quality_ == lowest ? held_up_frames_ + 1 : 0;
+    quality_ = std::max(lowest, quality_ - kQualityDown);
+    // What is in flight was made before, and is still in the way.
+    if (held_up_frames_ > limits_.frames_in_flight) {
+      held_up_frames_ = 0;
+      if (scale_ > kSmallestScale) link_pause_.fail(now);
+      lowerScale(scale_ / 2);
+    }
+  } else {
+    held_up_frames_ = 0;
+    if (++free_frames_ >= kFreeFrames) link_pause_.length = link_pause_.first;
+    if (frame_bytes < kRaiseMargin * allowed) quality_ = std::min(full_quality_, quality_ + kQualityUp);
+    if (quality_ == full_quality_ && now >= link_pause_.end) raiseScale(now);
   }
   was_blocked_ = false;
+}
+
+void StreamPace::raiseScale(Clock::time_point now) {
+  if (scale_ == 1 || !last_cost_ms_) return;
+  const double room_ms = kRaiseMargin * budgetMs();
+  const bool is_sure = 4 * *last_cost_ms_ <= room_ms;
+  const bool is_worth_a_trial = kTrialGrowth * *last_cost_ms_ <= room_ms && now >= cost_pause_.end;
+  if (!is_sure && !is_worth_a_trial) return;
+  on_trial_ = !is_sure;
+  scale_ *= 2;
+  last_cost_ms_.reset();
+}
+
+void StreamPace::lowerScale(double scale) {
+  scale_ = std::max(scale, kSmallestScale);
+  last_cost_ms_.reset();
+  on_trial_ = false;
 }
 
 }  // namespace blockwalk

@@ -4,8 +4,14 @@
 //
 // While views keep coming, frames are drawn at a scale (1, 1/2, 1/4, 1/8) and a quality that hold the target rate. Once
 // the view has stood still, one more frame follows: full resolution, lossless.
+//
+// The scale goes down when two frames in a row are too slow (one may be: it loaded something), or when the client does
+// not keep up at the lowest quality. It goes up when even a cost that grows with the pixels would fit. A part of the
+// cost does not grow, so that otherwise a larger scale is tried out: should it be too slow, one frame tells, and the
+// next trial waits twice as long.
 #pragma once
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <deque>
@@ -59,8 +65,23 @@ class StreamPace {
   const PaceLimits& limits() const { return limits_; }
 
  private:
-  void chooseScale();
-  void chooseQuality(std::size_t bytes);
+  double budgetMs() const { return 1000 / limits_.fps; }
+  void judgeCost(double cost_ms, Clock::time_point now);
+  void judgeLink(std::size_t bytes, Clock::time_point now);
+  void raiseScale(Clock::time_point now);
+  void lowerScale(double scale);
+
+  // Before a larger scale is tried again: twice as long after each failure, as at first after a success.
+  struct Pause {
+    Clock::duration first;
+    Clock::duration longest;
+    Clock::duration length = first;
+    Clock::time_point end{};
+    void fail(Clock::time_point now) {
+      end = now + length;
+      length = std::min(2 * length, longest);
+    }
+  };
 
   PaceLimits limits_;
   std::uint64_t newest_id_ = 0;
@@ -72,8 +93,13 @@ class StreamPace {
   std::uint64_t dropped_views_ = 0;
   int full_quality_ = 85;  // asked for
   int quality_ = 85;
-  double scale_ = 0.5;        // the first frame's cost is unknown
-  double full_cost_ms_ = 0;   // of a frame at scale 1, estimated; 0: unknown
+  double scale_ = 0.5;                       // the first frame's cost is unknown
+  std::optional<double> last_cost_ms_ = {};  // of the newest frame at this scale
+  bool on_trial_ = false;                    // the scale is tried out
+  Pause cost_pause_{std::chrono::seconds(10), std::chrono::seconds(80)};
+  Pause link_pause_{std::chrono::seconds(2), std::chrono::seconds(16)};
+  int held_up_frames_ = 0;    // in a row, at the lowest quality
+  int free_frames_ = 0;       // in a row that the client kept up with
   bool was_blocked_ = false;  // a frame was due while as many as may be were in flight
   Clock::time_point view_time_{};
   Clock::time_point last_start_{};
