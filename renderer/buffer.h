@@ -53,4 +53,12 @@ void uploadBytes(Device& device, const Buffer& target, std::uint64_t offset, std
                  const std::function<void(std::uint64_t, std::span<std::byte>)>& fill);
 void uploadBytes(Device& device, const Buffer& target, std::span<const std::byte> bytes);
 
+// A resident buffer that holds `values`.
+template <typename T>
+Buffer uploadVector(Device& device, const std::vector<T>& values) {
+  Buffer buffer(device, values.size() * sizeof(T), BufferUse::resident);
+  uploadBytes(device, buffer, std::as_bytes(std::span(values)));
+  return buffer;
+}
+
 }  // namespace blockwalk

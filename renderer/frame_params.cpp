@@ -69,13 +69,24 @@ void setClipPlanes(const ClipBox& clip, const glm::dmat4& level_from_world, gpu:
   params.clip_plane_count = 6;
 }
 
+// f(A w) has the gradient A^T grad f in world space.
+void setLight(const Camera& camera, const glm::dmat3& linear, gpu::FrameParams& params) {
+  for (int row = 0; row < 3; ++row) params.gradient_rows[row] = glm::vec3(linear[row]);
+  const glm::dvec3 light = glm::normalize(-camera.right + camera.up - camera.forward);
+  params.light = glm::vec3(linear * light);
+}
+
 }  // namespace
 
 gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const Plan& plan) {
   gpu::FrameParams params{};
   const glm::dmat4 level_from_world = levelFromWorld(info, plan.level);
   params.box_max = glm::vec3(glm::dvec3(info.dims) * std::ldexp(1.0, -plan.level));
-  setRays(makeCamera(view), info, level_from_world, params);
+  const Camera camera = makeCamera(view);
+  setRays(camera, info, level_from_world, params);
+  if (plan.key.lit != 0) setLight(camera, glm::dmat3(level_from_world), params);
+  params.step_voxels = static_cast<float>(view.step);
+  params.sample_bound = static_cast<gpu::uint>(std::ceil(std::sqrt(3.0) * info.subblock_side / view.step)) + 4;
   if (view.clip) setClipPlanes(*view.clip, level_from_world, params);
   params.block_dims = blockDims(info.levels[static_cast<std::size_t>(plan.level)].dims, info.blockVoxels());
   params.size = {view.width, view.height};

@@ -49,39 +49,46 @@ void FrameRenderer::reserveOutputs(std::size_t pixels, bool probe) {
 
 void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, const Plan& plan,
                               gpu::FrameParams& params) {
-  const bool is_current = table_volume_ == volume.serial() && table_level_ == plan.level &&
-                          table_transfer_ == view.transfer && table_range_.lo == plan.range.lo &&
-                          table_range_.hi == plan.range.hi;
-  if (!is_current) {
-    TransferTable source = bakeTransfer(view, volume.info(), plan.range, plan.level);
-    Buffer table(device_, source.entries.size() * sizeof(glm::vec4), BufferUse::resident);
-    uploadBytes(device_, table, std::as_bytes(std::span(source.entries)));
+  TableKey key{.volume = volume.serial(),
+               .level = plan.level,
+               .range = plan.range,
+               .transfer = view.transfer,
+               .shape = view.transfer_shape,
+               .filter = view.filter,
+               .mode = view.mode,
+               .integrals = plan.needs_integrals};
+  if (table_.key != key) {
+    const TransferTable source = bakeTransfer(view, volume.info(), plan);
+    BoundTable table{.key = std::move(key),
+                     .entries = uploadVector(device_, source.entries),
+                     .integrals = {},
+                     .scale = source.scale,
+                     .first = source.first,
+                     .last = static_cast<gpu::uint>(source.entries.size() - 1)};
+    if (plan.needs_integrals) table.integrals = uploadVector(device_, source.integrals);
     table_ = std::move(table);  // all or nothing: memory may have run out above
-    table_source_ = std::move(source);
-    table_transfer_ = view.transfer;
-    table_volume_ = volume.serial();
-    table_level_ = plan.level;
-    table_range_ = plan.range;
   }
-  params.table = table_.address();
-  params.table_scale = table_source_.scale;
-  params.table_offset = table_source_.offset;
-  params.table_last = static_cast<gpu::uint>(table_source_.entries.size() - 1);
+  params.table = table_.entries.address();
+  params.integrals = plan.needs_integrals ? table_.integrals.address() : 0;
+  params.table_scale = table_.scale;
+  params.table_first = table_.first;
+  params.table_last = table_.last;
 }
 
 gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& view, const Plan& plan) {
   gpu::FrameParams params = makeFrameParams(view, volume.info(), plan);
-  const ResidentLevel& level = volume.level(plan.level);
+  const ResidentLevel& level = volume.level(plan.level, plan.needs_apron);
   params.blocks = level.blocks.address();
   params.subblocks = level.subblocks.address();
   if (plan.needs_grid) {
-    const GridBuffers& grid = volume.grid(plan.level);
+    const GridBuffers& grid = volume.grid(plan.level, plan.needs_apron);
     params.grid_tiles = grid.tiles.address();
     params.grid_cells = grid.cells.address();
     params.tile_dims = grid.tile_dims;
   }
   instances_ = nullptr;
-  if (plan.needs_instances) instances_ = kernels_.bindInstances(*volume.instances(plan.level, unit_box_).handle);
+  if (plan.needs_instances)
+    instances_ = kernels_.bindInstances(*volume.instances(plan.level, plan.needs_apron, unit_box_).handle);
   if (plan.needs_table) bindTable(view, volume, plan, params);
   params.pixels = pixels_.address();
   params.probes = plan.key.probe != 0 ? probes_.address() : 0;

@@ -25,6 +25,27 @@ class FrameRenderer {
   double runBand(const Plan& plan, int width, int row_begin, int row_count);
   void drawBands(const Plan& plan, const RenderOptions& options, Frame& frame);
 
+  // What a baked transfer function depends on, and its tables on the device.
+  struct TableKey {
+    std::uint64_t volume = 0;
+    int level = 0;
+    StoredRange range;
+    std::vector<TransferPoint> transfer;
+    TransferShape shape = TransferShape::linear;
+    Filter filter = Filter::nearest;
+    Mode mode = Mode::blend;
+    bool integrals = false;
+    bool operator==(const TableKey&) const = default;
+  };
+  struct BoundTable {
+    TableKey key;
+    Buffer entries;
+    Buffer integrals;
+    float scale = 1;
+    float first = 0;
+    gpu::uint last = 0;
+  };
+
   Device& device_;
   double band_ms_;
   Kernels kernels_;
@@ -38,12 +59,7 @@ class FrameRenderer {
   Buffer counters_;
   Buffer pixels_;
   Buffer probes_;
-  Buffer table_;
-  TransferTable table_source_;  // what table_ holds, and for what
-  std::vector<TransferPoint> table_transfer_;
-  std::uint64_t table_volume_ = 0;
-  int table_level_ = 0;
-  StoredRange table_range_;
+  BoundTable table_;
   double ms_per_pixel_;  // of the last band, to size the next
 };
 

@@ -25,17 +25,28 @@ float floatAtMost(double value) {
 }
 
 // Data-unit interval outside which a transfer function is transparent.
-DensityRange transferSupport(const std::vector<TransferPoint>& points) {
+DensityRange transferSupport(const View& view) {
+  const std::vector<TransferPoint>& points = view.transfer;
   const auto opaque = [](const TransferPoint& p) { return p.opacity > 0; };
   const auto first = std::ranges::find_if(points, opaque);
   if (first == points.end()) return {kInfinity, -kInfinity};
   const auto last = std::find_if(points.rbegin(), points.rend(), opaque);
-  return {first == points.begin() ? -kInfinity : std::prev(first)->value,
+  const bool stepped = view.transfer_shape == TransferShape::stepped;
+  return {first == points.begin() ? -kInfinity : (stepped ? first : std::prev(first))->value,
           last == points.rbegin() ? kInfinity : std::prev(last)->value};
 }
 
-bool showsThroughTable(const View& view, const VolumeInfo& info) {
-  return info.type != VoxelType::rgba8 && view.mode != Mode::blocks;
+bool isScalar(const VolumeInfo& info) { return info.type != VoxelType::rgba8; }
+
+// In these modes a scalar's opacity says what is visible.
+bool looksAtOpacity(const View& view) { return view.mode == Mode::blend || view.mode == Mode::first_hit; }
+
+void refuseWhatIsNotDefined(const View& view, const VolumeInfo& info) {
+  if (view.classification != Classification::pre_integrated) return;
+  if (view.filter != Filter::linear || view.mode != Mode::blend) {
+    throw ViewError("classification", "pre-integrated: needs filter=linear and mode=blend");
+  }
+  if (!isScalar(info)) throw ViewError("classification", "pre-integrated: needs a scalar volume, this one is rgba8");
 }
 
 Finder chooseFinder(const View& view, const VolumeInfo& info, int level, const DeviceTraits& device) {
@@ -57,7 +68,7 @@ Finder chooseFinder(const View& view, const VolumeInfo& info, int level, const D
 }  // namespace
 
 std::string describe(const KernelKey& key) {
-  static constexpr std::string_view kModes[] = {"blend", "first-hit", "blocks"};
+  static constexpr std::string_view kModes[] = {"blend", "first-hit", "blocks", "mip", "mean", "iso"};
   static constexpr std::string_view kFinders[] = {"auto", "query", "grid"};
   std::string text = fmt::format("{} {} {}", voxelTypeName(static_cast<VoxelType>(key.voxel_type)), kModes[key.mode],
                                  kFinders[key.finder]);
@@ -69,6 +80,9 @@ std::string describe(const KernelKey& key) {
   add(key.range_open, "range-open");
   add(key.test_voxel, "test-voxel");
   add(key.clip, "clip");
+  add(key.filter, "linear");
+  add(key.classification, "pre-integrated");
+  add(key.lit, "lit");
   add(key.opaque_background == 0 ? 1 : 0, "transparent");
   add(key.count, "count");
   add(key.probe, "probe");
@@ -76,19 +90,22 @@ std::string describe(const KernelKey& key) {
 }
 
 StoredRange visibleRange(const View& view, const VolumeInfo& info) {
-  DensityRange data = *view.range;
-  if (showsThroughTable(view, info)) {
-    const DensityRange support = transferSupport(view.transfer);
+  DensityRange data = view.mode == Mode::iso ? DensityRange{*view.iso, kInfinity} : *view.range;
+  if (isScalar(info) && looksAtOpacity(view)) {
+    const DensityRange support = transferSupport(view);
     data = {std::max(data.lo, support.lo), std::min(data.hi, support.hi)};
   }
   StoredRange range{.lo = floatAtLeast(info.storedFromData(data.lo)), .hi = floatAtMost(info.storedFromData(data.hi))};
-  if (info.type != VoxelType::f32) range = {.lo = std::ceil(range.lo), .hi = std::floor(range.hi)};
-  const float above_empty = info.type == VoxelType::f32
-                                ? std::nextafter(info.empty_threshold, std::numeric_limits<float>::infinity())
-                                : std::floor(info.empty_threshold) + 1;
+  const bool whole_numbers = info.type != VoxelType::f32 && view.filter == Filter::nearest;
+  if (whole_numbers) range = {.lo = std::ceil(range.lo), .hi = std::floor(range.hi)};
+  const float above_empty = whole_numbers
+                                ? std::floor(info.empty_threshold) + 1
+                                : std::nextafter(info.empty_threshold, std::numeric_limits<float>::infinity());
   // A bound that excludes nothing of level 0 excludes nothing of the coarser levels either, whose averages with empty
   // voxels may lie below level 0's smallest density.
-  range.lo = range.lo <= info.density_min ? above_empty : std::max(range.lo, above_empty);
+  const bool opens_below =
+      view.mode != Mode::iso && range.lo <= info.density_min;  // an iso value is meant as it stands
+  range.lo = opens_below ? above_empty : std::max(range.lo, above_empty);
   range.hi = range.hi >= info.density_max ? std::numeric_limits<float>::max() : range.hi;
   return range;
 }
@@ -112,6 +129,7 @@ int chooseLevel(const View& view, const VolumeInfo& info) {
 }
 
 Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe) {
+  refuseWhatIsNotDefined(view, info);
   Plan plan;
   plan.level = view.level == kAutoLevel ? chooseLevel(view, info) : view.level;
   plan.range = visibleRange(view, info);
@@ -126,7 +144,12 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   const Finder finder = chooseFinder(view, info, plan.level, device);
   plan.needs_grid = finder == Finder::grid;
   plan.needs_instances = finder == Finder::query;
-  plan.needs_table = showsThroughTable(view, info);
+  const bool blocks = view.mode == Mode::blocks;
+  const bool lit = view.lit && (looksAtOpacity(view) || view.mode == Mode::iso);
+  const bool linear = view.filter == Filter::linear && !blocks;
+  plan.needs_apron = linear || lit;
+  plan.needs_integrals = view.classification == Classification::pre_integrated;
+  plan.needs_table = isScalar(info) && !blocks;
 
   KernelKey& key = plan.key;
   key.voxel_type = static_cast<std::uint32_t>(info.type);
@@ -135,14 +158,18 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   key.walk = view.walk ? 1 : 0;
   key.cull = view.cull && !open ? 1 : 0;
   key.range_open = open ? 1 : 0;
-  // The table of u8 and u16 is 0 outside the range; a density of 0 has no extinction.
-  const bool rgba8_test =
-      info.type == VoxelType::rgba8 && (!open || info.empty_threshold != 0 || view.mode == Mode::first_hit);
-  key.test_voxel = view.mode != Mode::blocks && (rgba8_test || info.type == VoxelType::f32) ? 1 : 0;
+  // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
+  // extinction.
+  const bool table_tests = isScalar(info) && info.type != VoxelType::f32 && !linear && looksAtOpacity(view);
+  const bool density_tests = !isScalar(info) && open && info.empty_threshold == 0 && view.mode == Mode::blend;
+  key.test_voxel = !blocks && !table_tests && !density_tests ? 1 : 0;
   key.clip = view.clip ? 1 : 0;
   key.opaque_background = view.background[3] == 255 ? 1 : 0;
   key.subblock_side = static_cast<std::uint32_t>(info.subblock_side);
   key.block_side = static_cast<std::uint32_t>(info.block_side);
+  key.filter = static_cast<std::uint32_t>(linear ? Filter::linear : Filter::nearest);
+  key.lit = lit ? 1 : 0;
+  key.classification = static_cast<std::uint32_t>(view.classification);
   key.count = count ? 1 : 0;
   key.probe = probe ? 1 : 0;
   return plan;

@@ -23,6 +23,9 @@ struct KernelKey {
   std::uint32_t opaque_background = 0;
   std::uint32_t subblock_side = 0;
   std::uint32_t block_side = 0;
+  std::uint32_t filter = 0;
+  std::uint32_t lit = 0;
+  std::uint32_t classification = 0;
   std::uint32_t count = 0;
   std::uint32_t probe = 0;
   auto operator<=>(const KernelKey&) const = default;
@@ -36,6 +39,7 @@ std::string describe(const KernelKey& key);
 struct StoredRange {
   float lo = 0;
   float hi = 0;
+  bool operator==(const StoredRange&) const = default;
 };
 
 struct DeviceTraits {
@@ -51,8 +55,10 @@ struct Plan {
   std::uint8_t range_mask = 0;  // bins that the range meets
   bool needs_grid = false;
   bool needs_instances = false;
+  bool needs_apron = false;  // voxels with the ring around every subblock
   bool needs_table = false;
-  bool is_blank = false;  // nothing can be seen: no kernel at all, only background
+  bool needs_integrals = false;  // of the table, for pre-integration
+  bool is_blank = false;         // nothing can be seen: no kernel at all, only background
 };
 
 // `view` is resolved. `count` and `probe` as in RenderOptions. Throws ViewError where the device cannot do what is

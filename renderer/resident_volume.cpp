@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <atomic>
+#include <cstring>
 
 #include "renderer/grid.h"
 #include "shaders/kernel_interface.h"
+#include "volume/apron.h"
 
 namespace blockwalk {
 namespace {
@@ -49,11 +51,49 @@ std::uint64_t nextSerial() {
   return ++last;
 }
 
-template <typename T>
-Buffer uploadVector(Device& device, const std::vector<T>& values) {
-  Buffer buffer(device, values.size() * sizeof(T), BufferUse::resident);
-  uploadBytes(device, buffer, std::as_bytes(std::span(values)));
-  return buffer;
+// Reads the voxels of consecutive blocks, one after the other.
+using ReadBlocks = std::function<void(std::size_t first, std::size_t end, std::span<std::byte> out)>;
+
+// Pieces of whole blocks, so that no reader sees a part of one.
+void uploadBlocks(Device& device, const Buffer& buffer, const Chunk& chunk, const std::vector<Block>& blocks,
+                  std::uint64_t subblock_bytes, const ReadBlocks& read) {
+  constexpr std::uint64_t kPieceBytes = std::uint64_t{16} << 20;
+  std::uint64_t offset = 0;
+  for (std::size_t first = chunk.first_block; first < chunk.end_block;) {
+    std::size_t end = first;
+    std::uint64_t bytes = 0;
+    while (end < chunk.end_block && (end == first || bytes < kPieceBytes)) {
+      bytes += blocks[end++].subblock_count * subblock_bytes;
+    }
+    // A staging buffer of uploadBytes() holds several pieces; a larger block comes in parts of its own.
+    std::vector<std::byte> whole;
+    uploadBytes(device, buffer, offset, bytes, [&](std::uint64_t done, std::span<std::byte> piece) {
+      if (piece.size() == bytes) {
+        read(first, end, piece);
+        return;
+      }
+      if (whole.empty()) {
+        whole.resize(bytes);
+        read(first, end, whole);
+      }
+      std::memcpy(piece.data(), whole.data() + done, piece.size());
+    });
+    offset += bytes;
+    first = end;
+  }
+}
+
+gpu::GpuBlock gpuBlock(const Block& block, int block_voxels, std::uint64_t address) {
+  gpu::GpuBlock record{};
+  record.voxels = address;
+  record.origin = block.origin * block_voxels;
+  record.first_subblock = static_cast<std::uint32_t>(block.first_subblock);
+  record.density_min = block.density_min;
+  record.density_max = block.density_max;
+  record.range_mask = block.range_mask;
+  std::ranges::copy(block.neighbours, record.neighbours);
+  fillIndices(block, record);
+  return record;
 }
 
 }  // namespace
@@ -61,10 +101,11 @@ Buffer uploadVector(Device& device, const std::vector<T>& values) {
 VulkanVolume::VulkanVolume(Device& device, VolumeFile file, std::uint64_t chunk_bytes)
     : device_(device), serial_(nextSerial()), file_(std::move(file)), chunk_bytes_(chunk_bytes) {
   const VolumeInfo& info = file_.info();
-  const std::uint64_t largest_block = info.subblockVoxels() * voxelBytes(info.type) *
-                                      static_cast<std::uint64_t>(info.block_side * info.block_side * info.block_side);
+  const auto cube = [](int side) { return static_cast<std::uint64_t>(side) * static_cast<std::uint64_t>(side * side); };
+  const std::uint64_t largest_block =
+      cube(info.block_side) * cube(info.subblock_side + 2) * voxelBytes(info.type);  // with its apron
   chunk_bytes_ = std::max(std::min(chunk_bytes_, device.maxAllocationBytes()), largest_block);
-  levels_.resize(info.levels.size());
+  levels_.resize(2 * info.levels.size());
 }
 
 std::uint64_t VulkanVolume::deviceBytes() const {
@@ -79,52 +120,74 @@ std::uint64_t VulkanVolume::deviceBytes() const {
   return bytes;
 }
 
-ResidentLevel& VulkanVolume::level(int number) {
-  auto& level = levels_.at(static_cast<std::size_t>(number));
-  if (!level) level = loadLevel(number);
+ResidentLevel& VulkanVolume::level(int number, bool apron) {
+  auto& level = levels_.at(2 * static_cast<std::size_t>(number) + (apron ? 1 : 0));
+  if (!level) level = apron ? loadWithApron(number) : loadStored(number);
   return *level;
 }
 
-std::unique_ptr<ResidentLevel> VulkanVolume::loadLevel(int number) {
+std::unique_ptr<ResidentLevel> VulkanVolume::loadStored(int number) {
   const VolumeInfo& info = file_.info();
   auto level = std::make_unique<ResidentLevel>();
   level->records = file_.readLevel(number);
   const std::vector<Block>& blocks = level->records.blocks;
-  BLOCKWALK_CHECK(level->records.subblocks.size(), <, gpu::kNone);
-  const std::uint64_t subblock_bytes = info.subblockVoxels() * voxelBytes(info.type);
-
-  std::vector<gpu::GpuBlock> records(blocks.size());
-  for (const Chunk& chunk : cutIntoChunks(blocks, subblock_bytes, chunk_bytes_)) {
-    Buffer& buffer = level->voxel_chunks.emplace_back(device_, chunk.bytes, BufferUse::resident);
-    const std::uint64_t first_subblock = blocks[chunk.first_block].first_subblock;
-    uploadBytes(device_, buffer, 0, chunk.bytes, [&](std::uint64_t offset, std::span<std::byte> piece) {
-      file_.readVoxels(number, first_subblock + offset / subblock_bytes, piece.size() / subblock_bytes, piece);
-    });
-    for (std::size_t i = chunk.first_block; i < chunk.end_block; ++i) {
-      const Block& block = blocks[i];
-      gpu::GpuBlock& record = records[i];
-      record.voxels = buffer.address() + (block.first_subblock - first_subblock) * subblock_bytes;
-      record.origin = block.origin * info.blockVoxels();
-      record.first_subblock = static_cast<std::uint32_t>(block.first_subblock);
-      record.density_min = block.density_min;
-      record.density_max = block.density_max;
-      record.range_mask = block.range_mask;
-      std::ranges::copy(block.neighbours, record.neighbours);
-      fillIndices(block, record);
-    }
-  }
-  level->blocks = uploadVector(device_, records);
-  std::vector<gpu::GpuSubblock> subblocks(level->records.subblocks.size());
-  std::ranges::transform(level->records.subblocks, subblocks.begin(), [](const Subblock& s) {
-    return gpu::GpuSubblock{.density_min = s.density_min, .density_max = s.density_max, .range_mask = s.range_mask};
-  });
-  level->subblocks = uploadVector(device_, subblocks);
-  level->records.subblocks = {};  // only the device needs them from here on
+  const auto read = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
+    const std::uint64_t bytes = info.subblockVoxels() * voxelBytes(info.type);
+    file_.readVoxels(number, blocks[first].first_subblock, out.size() / bytes, out);
+    BLOCKWALK_CHECK(blocks[end - 1].first_subblock + blocks[end - 1].subblock_count, ==,
+                    blocks[first].first_subblock + out.size() / bytes);
+  };
+  uploadLevel(*level, info.subblockVoxels() * voxelBytes(info.type), read);
   return level;
 }
 
-const GridBuffers& VulkanVolume::grid(int number) {
-  ResidentLevel& resident = level(number);
+std::unique_ptr<ResidentLevel> VulkanVolume::loadWithApron(int number) {
+  ApronLevel apron(file_, number);
+  auto level = std::make_unique<ResidentLevel>();
+  level->records = apron.records();
+  const auto read = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
+    for (std::size_t block = first; block < end; ++block) {
+      const std::size_t bytes = level->records.blocks[block].subblock_count * apron.subblockBytes();
+      apron.readBlock(block, out.first(bytes));
+      out = out.subspan(bytes);
+      // The ranges are known only now.
+      const Block& read_block = apron.records().blocks[block];
+      level->records.blocks[block] = read_block;
+      for (std::size_t i = 0; i < read_block.subblock_count; ++i) {
+        const std::size_t subblock = read_block.first_subblock + i;
+        level->records.subblocks[subblock] = apron.records().subblocks[subblock];
+      }
+    }
+  };
+  uploadLevel(*level, apron.subblockBytes(), read);
+  return level;
+}
+
+void VulkanVolume::uploadLevel(ResidentLevel& level, std::uint64_t subblock_bytes, const ReadBlocks& read) {
+  const std::vector<Block>& blocks = level.records.blocks;
+  BLOCKWALK_CHECK(level.records.subblocks.size(), <, gpu::kNone);
+  std::vector<gpu::GpuBlock> records;
+  records.reserve(blocks.size());
+  for (const Chunk& chunk : cutIntoChunks(blocks, subblock_bytes, chunk_bytes_)) {
+    Buffer& buffer = level.voxel_chunks.emplace_back(device_, chunk.bytes, BufferUse::resident);
+    uploadBlocks(device_, buffer, chunk, blocks, subblock_bytes, read);
+    const std::uint64_t first = blocks[chunk.first_block].first_subblock;
+    for (std::size_t i = chunk.first_block; i < chunk.end_block; ++i) {
+      const std::uint64_t offset = (blocks[i].first_subblock - first) * subblock_bytes;
+      records.push_back(gpuBlock(blocks[i], info().blockVoxels(), buffer.address() + offset));
+    }
+  }
+  level.blocks = uploadVector(device_, records);
+  std::vector<gpu::GpuSubblock> subblocks(level.records.subblocks.size());
+  std::ranges::transform(level.records.subblocks, subblocks.begin(), [](const Subblock& s) {
+    return gpu::GpuSubblock{.density_min = s.density_min, .density_max = s.density_max, .range_mask = s.range_mask};
+  });
+  level.subblocks = uploadVector(device_, subblocks);
+  level.records.subblocks = {};  // only the device needs them from here on
+}
+
+const GridBuffers& VulkanVolume::grid(int number, bool apron) {
+  ResidentLevel& resident = level(number, apron);
   if (!resident.grid) {
     const BlockGrid grid = buildBlockGrid(resident.records, info().blockVoxels());
     resident.grid = std::make_unique<GridBuffers>(GridBuffers{.tile_dims = grid.tile_dims,
@@ -134,8 +197,8 @@ const GridBuffers& VulkanVolume::grid(int number) {
   return *resident.grid;
 }
 
-const AccelerationStructure& VulkanVolume::instances(int number, const AccelerationStructure& unit_box) {
-  ResidentLevel& resident = level(number);
+const AccelerationStructure& VulkanVolume::instances(int number, bool apron, const AccelerationStructure& unit_box) {
+  ResidentLevel& resident = level(number, apron);
   if (!resident.instances) {
     resident.instances = std::make_unique<AccelerationStructure>(
         buildBlockInstances(device_, unit_box, resident.records, info().blockVoxels()));

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // A volume on the device. A part is absent until a frame needs it, then resident for as long as the volume lives:
-//   level records and voxels - when a frame draws that level;
+//   level records and voxels - when a frame draws that level; with an apron (volume/apron.h) beside those without, each
+//                              when a frame needs it;
 //   block grid                - when the grid finder is used on the level;
 //   acceleration structures   - when the query finder is used on the level.
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "renderer/acceleration.h"
@@ -38,18 +41,22 @@ class VulkanVolume final : public ResidentVolume {
   std::uint64_t deviceBytes() const override;
 
   // Each makes its part resident if it is not. Throws DataError for the file, DeviceError for memory.
-  ResidentLevel& level(int number);
-  const GridBuffers& grid(int number);
-  const AccelerationStructure& instances(int number, const AccelerationStructure& unit_box);
+  ResidentLevel& level(int number, bool apron);
+  const GridBuffers& grid(int number, bool apron);
+  const AccelerationStructure& instances(int number, bool apron, const AccelerationStructure& unit_box);
 
  private:
-  std::unique_ptr<ResidentLevel> loadLevel(int number);
+  using ReadBlocks = std::function<void(std::size_t first, std::size_t end, std::span<std::byte> out)>;
+
+  std::unique_ptr<ResidentLevel> loadStored(int number);
+  std::unique_ptr<ResidentLevel> loadWithApron(int number);
+  void uploadLevel(ResidentLevel& level, std::uint64_t subblock_bytes, const ReadBlocks& read);
 
   Device& device_;
   std::uint64_t serial_;
   VolumeFile file_;
   std::uint64_t chunk_bytes_;
-  std::vector<std::unique_ptr<ResidentLevel>> levels_;
+  std::vector<std::unique_ptr<ResidentLevel>> levels_;  // two a level: without an apron, with one
 };
 
 }  // namespace blockwalk

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// A transfer function baked into the table that the kernel reads.
+// A transfer function baked into the tables that the kernel reads.
 #pragma once
 
 #include <vector>
@@ -8,20 +8,24 @@
 
 namespace blockwalk {
 
-// Entries are (red, green, blue, extinction per world unit), all 0 outside the visible range.
-// u8 and u16: one entry a stored value. f32: kFloatTableEntries over the visible part of the level's data, interpolated
-// linearly. index = stored * scale + offset.
+// Entries are (red, green, blue, extinction per world unit).
+// Exact (filter nearest, u8 and u16, blend and first-hit): one entry a stored value, all 0 outside the visible range.
+// Otherwise kTableEntries over the visible part of the level's data, interpolated linearly; what is outside the visible
+// range must not be looked up. index = (stored - first) * scale.
 struct TransferTable {
   std::vector<glm::vec4> entries;
+  // Two a table entry: integrals over stored value from the first entry of (extinction x colour, extinction), and what
+  // they lost in rounding to float. Only for pre-integration.
+  std::vector<glm::vec4> integrals;
   float scale = 1;
-  float offset = 0;
+  float first = 0;
 };
 
-constexpr int kFloatTableEntries = 16384;
+constexpr int kTableEntries = 16384;
 // Extinction a unit distance that stands for an opacity of 1: opaque after 2e-5 of it.
 constexpr double kOpaqueExtinction = 1e6;
 
-// `view` is resolved; `visible` comes from visibleRange().
-TransferTable bakeTransfer(const View& view, const VolumeInfo& info, StoredRange visible, int level);
+// `view` is resolved; `plan` is plan()'s for it and needs a table.
+TransferTable bakeTransfer(const View& view, const VolumeInfo& info, const Plan& plan);
 
 }  // namespace blockwalk

@@ -52,6 +52,9 @@ void checkNumbers(const View& view) {
   if (!(view.extinction >= 0 && std::isfinite(view.extinction))) {
     throw ViewError("extinction", fmt::format("{} is not a finite number of at least 0", view.extinction));
   }
+  if (!(view.step >= kMinStep && view.step <= kMaxStep)) {
+    throw ViewError("step", fmt::format("{} is not within {}..{} voxels", view.step, kMinStep, kMaxStep));
+  }
 }
 
 void resolveCamera(View& view, const VolumeInfo& info) {
@@ -99,6 +102,8 @@ View resolveView(const View& view, const VolumeInfo& info) {
     throw ViewError("range",
                     fmt::format("{}:{} is not a lower and an upper bound", resolved.range->lo, resolved.range->hi));
   }
+  if (!resolved.iso) resolved.iso = 0.5 * (resolved.range->lo + resolved.range->hi);
+  if (!std::isfinite(*resolved.iso)) throw ViewError("iso", "is not finite");
   if (info.type == VoxelType::rgba8) {
     if (!resolved.transfer.empty()) throw ViewError("tf", "this volume has its own colours (rgba8); use extinction");
   } else if (resolved.transfer.empty()) {

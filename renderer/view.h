@@ -22,6 +22,8 @@ enum class Finder : std::uint8_t { automatic, query, grid };
 
 constexpr int kMaxImageSide = 8192;
 constexpr int kAutoLevel = -1;
+constexpr double kMinStep = 1.0 / 64;  // voxels
+constexpr double kMaxStep = 16;
 
 struct DensityRange {
   double lo = 0;  // data units, inclusive
@@ -59,7 +61,7 @@ struct View {
   double step = 0.5;  // sample distance of the linear filter, voxels of the level drawn
   Classification classification = Classification::post;
   bool lit = false;
-  std::optional<double> iso;  // data units; mode iso, default the middle of the range
+  std::optional<double> iso;            // data units; mode iso, default the middle of the range
   double extinction = 0.2;              // rgba8: per unit distance at density 255
   std::vector<TransferPoint> transfer;  // scalar volumes; empty: chosen from the histogram
   TransferShape transfer_shape = TransferShape::linear;
@@ -90,7 +92,7 @@ struct ViewError : DataError {
   std::string field;
 };
 
-// Fills every absent member from the volume: eye, target, up, range, transfer. Throws ViewError where the view is
+// Fills every absent member from the volume: eye, target, up, range, iso, transfer. Throws ViewError where the view is
 // undefined for this volume: eye = target, up parallel to the view, range inverted, a transfer function for rgba8, a
 // level that is not there, a clip box inverted.
 View resolveView(const View& view, const VolumeInfo& info);

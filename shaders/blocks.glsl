@@ -13,6 +13,11 @@ bool blockMeetsRange(uint block) {
          blockAt(block).density_min <= scene.density_hi;
 }
 
+// Rank of the local subblock in the block, or kNoSubblock.
+uint subblockRank(uint block, uint local) {
+  return (blockAt(block).indices[local >> 2] >> ((local & 3u) * 8u)) & 255u;
+}
+
 bool blockIsCulled(uint block) { return kCull && !blockMeetsRange(block); }
 
 bool subblockIsCulled(uint subblock) {

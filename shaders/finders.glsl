@@ -4,7 +4,7 @@
 // Hierarchical DDA over block occupancy: tiles of 8^3 blocks, then the blocks of a tile.
 uint findInTile(Ray ray, uint tile, vec3 corner, float t_begin, float t_end, inout Work work) {
   const vec3 count = vec3(kGridTileSide);
-  Dda cells = enterDda(ray, corner, float(kBlockVoxels), count, t_begin);
+  Dda cells = enterDda(ray, corner, float(kBlockVoxels), count, latticeStrides(count), t_begin);
   for (int i = 0; i <= 3 * kGridTileSide; ++i) {
     uint block = UintArray(scene.grid_cells).at[tile * 512u + uint(cells.index)];
     if (block != kNone && cells.t_exit > cells.t && !blockIsCulled(block)) return block;
@@ -18,7 +18,7 @@ uint findInTile(Ray ray, uint tile, vec3 corner, float t_begin, float t_end, ino
 uint findByGrid(Ray ray, float t, inout Work work) {
   const float tile_voxels = float(kGridTileSide * kBlockVoxels);
   vec3 count = vec3(scene.tile_dims);
-  Dda tiles = enterDda(ray, -scene.anchor, tile_voxels, count, t);
+  Dda tiles = enterDda(ray, -scene.anchor, tile_voxels, count, latticeStrides(count), t);
   int bound = scene.tile_dims.x + scene.tile_dims.y + scene.tile_dims.z;
   for (int i = 0; i <= bound; ++i) {
     uint tile = UintArray(scene.grid_tiles).at[uint(tiles.index)];

@@ -26,10 +26,16 @@ layout(constant_id = 7) const bool kClip = false;           // clip planes
 layout(constant_id = 8) const bool kOpaqueBackground = true;
 layout(constant_id = 9) const int kSubblockSide = 8;
 layout(constant_id = 10) const int kBlockSide = 6;
-layout(constant_id = 11) const bool kCount = true;
-layout(constant_id = 12) const bool kProbe = false;
+layout(constant_id = 11) const uint kFilter = kFilterNearest;
+layout(constant_id = 12) const bool kLit = false;
+layout(constant_id = 13) const uint kClassification = kClassificationPost;
+layout(constant_id = 14) const bool kCount = true;
+layout(constant_id = 15) const bool kProbe = false;
 
 const int kBlockVoxels = kBlockSide * kSubblockSide;
+// What interpolates reads subblocks with the ring of one voxel around them (volume/apron.h).
+const bool kApron = kFilter == kFilterLinear || kLit;
+const int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SubblockArray { GpuSubblock at[]; };
@@ -58,15 +64,19 @@ struct Scene {
   uint64_t grid_tiles;
   uint64_t grid_cells;
   uint64_t table;
+  uint64_t integrals;
   vec3 anchor;
   ivec3 tile_dims;
   float density_lo;
   float density_hi;
   uint range_mask;
   float extinction_scale;
-  float table_offset;
+  float table_first;
   float table_scale;
   uint table_last;
+  uint sample_bound;
+  vec3 gradient_rows[3];
+  vec3 light;
 };
 
 Scene scene;
@@ -77,15 +87,19 @@ void loadScene() {
   scene.grid_tiles = frame.grid_tiles;
   scene.grid_cells = frame.grid_cells;
   scene.table = frame.table;
+  scene.integrals = frame.integrals;
   scene.anchor = vec3(frame.anchor);
   scene.tile_dims = frame.tile_dims;
   scene.density_lo = frame.density_lo;
   scene.density_hi = frame.density_hi;
   scene.range_mask = frame.range_mask;
   scene.extinction_scale = frame.extinction_scale;
-  scene.table_offset = frame.table_offset;
+  scene.table_first = frame.table_first;
   scene.table_scale = frame.table_scale;
   scene.table_last = frame.table_last;
+  scene.sample_bound = frame.sample_bound;
+  scene.gradient_rows = frame.gradient_rows;
+  scene.light = frame.light;
 }
 
 // What one ray has done; summed over the frame when kCount is on.

@@ -36,6 +36,13 @@ BLOCKWALK_CONST uint kVoxelF32 = 4;
 BLOCKWALK_CONST uint kModeBlend = 0;
 BLOCKWALK_CONST uint kModeFirstHit = 1;
 BLOCKWALK_CONST uint kModeBlocks = 2;
+BLOCKWALK_CONST uint kModeMip = 3;
+BLOCKWALK_CONST uint kModeMean = 4;
+BLOCKWALK_CONST uint kModeIso = 5;
+BLOCKWALK_CONST uint kFilterNearest = 0;
+BLOCKWALK_CONST uint kFilterLinear = 1;
+BLOCKWALK_CONST uint kClassificationPost = 0;
+BLOCKWALK_CONST uint kClassificationPreIntegrated = 1;
 BLOCKWALK_CONST uint kFinderQuery = 1;
 BLOCKWALK_CONST uint kFinderGrid = 2;
 
@@ -88,6 +95,7 @@ struct FrameParams {
   uint64_t grid_tiles;  // uint[]: number of the tile's 512 cells, or kNone
   uint64_t grid_cells;  // uint[][512]: block index or kNone
   uint64_t table;       // vec4[]: colour, extinction per world unit
+  uint64_t integrals;   // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
   uint64_t pixels;      // uint[], the band's
   uint64_t probes;      // GpuProbe[], the band's
   uint64_t counters;    // GpuCounters
@@ -119,10 +127,15 @@ struct FrameParams {
   float density_hi;
   uint range_mask;
   float extinction_scale;  // rgba8: extinction per world unit and density step
-  float table_offset;      // table index = stored * table_scale + table_offset
+  float table_first;       // table index = (stored - table_first) * table_scale
   float table_scale;
   uint table_last;
   vec4 background;  // premultiplied
+
+  float step_voxels;      // filter linear: distance of samples
+  uint sample_bound;      // no ray has more samples in one subblock
+  vec3 gradient_rows[3];  // world gradient = (dot(row 0, g), dot(row 1, g), dot(row 2, g)) of the index-space gradient g
+  vec3 light;             // index-space direction whose world direction is the unit vector to the light
 };
 
 struct PushConstants {
@@ -144,10 +157,11 @@ BLOCKWALK_FUNCTION float opacityOfDepth(float depth) {
 static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
 static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
 static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
-static_assert(offsetof(FrameParams, point_center) == 64 && offsetof(FrameParams, half_width) == 136);
-static_assert(offsetof(FrameParams, clip_planes) == 172 && offsetof(FrameParams, anchor) == 268);
-static_assert(offsetof(FrameParams, density_lo) == 316 && offsetof(FrameParams, background) == 344);
-static_assert(sizeof(FrameParams) == 360 && sizeof(PushConstants) == 16);
+static_assert(offsetof(FrameParams, point_center) == 72 && offsetof(FrameParams, half_width) == 144);
+static_assert(offsetof(FrameParams, clip_planes) == 180 && offsetof(FrameParams, anchor) == 276);
+static_assert(offsetof(FrameParams, density_lo) == 324 && offsetof(FrameParams, background) == 352);
+static_assert(offsetof(FrameParams, gradient_rows) == 376 && sizeof(FrameParams) == 424);
+static_assert(sizeof(PushConstants) == 16);
 }  // namespace blockwalk::gpu
 #endif
 #endif

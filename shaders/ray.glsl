@@ -12,6 +12,8 @@ struct Ray {
   float t_min;
   float t_max;
   float t_eye;
+  vec3 start;     // as origin, but exactly where the ray is: what filter linear samples from
+  float dt;       // filter linear: distance of samples, world units
 };
 
 vec3 planeT(Ray ray, vec3 plane) { return (plane - ray.origin) * ray.inverse; }
@@ -64,6 +66,8 @@ Ray makeRay(ivec2 pixel) {
       }
     }
   }
+  ray.start = ray.origin;
+  ray.dt = frame.step_voxels / length(ray.dir);
   // Inside the box only the voxel column counts; its centre keeps every plane away from the ray.
   ray.origin = mix(ray.origin, floor(ray.origin) + 0.5, still);
   return ray;
@@ -73,7 +77,7 @@ Ray makeRay(ivec2 pixel) {
 struct Dda {
   vec3 far;     // the planes at which the current cell ends
   vec3 t_far;   // planeT(far)
-  float index;  // of the current cell, x fastest; a whole number below 2^24
+  float index;  // of the current cell: its coordinates times the strides; a whole number below 2^24
   float t;      // where the current cell begins
   float t_exit;
 };
@@ -82,7 +86,7 @@ struct Dda {
 vec3 latticeStrides(vec3 count) { return vec3(1.0, count.x, count.x * count.y); }
 
 // `t` lies inside the lattice: the cell along each axis is the one with planeT(near) <= t < planeT(far).
-Dda enterDda(Ray ray, vec3 corner, float side, vec3 count, float t) {
+Dda enterDda(Ray ray, vec3 corner, float side, vec3 count, vec3 strides, float t) {
   vec3 direction = 2.0 * ray.forward - 1.0;
   vec3 guess = clamp(floor((ray.origin + ray.dir * t - corner) * (1.0 / side)), vec3(0.0), count - 1.0);
   vec3 far = corner + side * (guess + ray.forward);
@@ -93,7 +97,7 @@ Dda enterDda(Ray ray, vec3 corner, float side, vec3 count, float t) {
   Dda dda;
   dda.far = corner + side * (cell + ray.forward);
   dda.t_far = planeT(ray, dda.far);
-  dda.index = dot(cell, latticeStrides(count));
+  dda.index = dot(cell, strides);
   dda.t = t;
   dda.t_exit = min3(dda.t_far);
   return dda;

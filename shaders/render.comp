@@ -6,6 +6,12 @@
 #include "ray.glsl"
 #include "blocks.glsl"
 #include "finders.glsl"
+#include "voxels.glsl"
+#include "field.glsl"
+#include "shading.glsl"
+#include "ink.glsl"
+#include "nearest.glsl"
+#include "linear.glsl"
 #include "integrators.glsl"
 
 layout(local_size_x = 64) in;
@@ -80,9 +86,11 @@ void main() {
 
   loadScene();
   Ray ray = makeRay(in_band + ivec2(0, push.row_begin));
-  Ink ink = Ink(vec3(0.0), 1.0, ivec3(-1), 0.0, false);
+  Ink ink = Ink(vec3(0.0), 1.0, ivec3(-1), 0.0, false, -kHugeDensity, 0.0);
+  if (kMode == kModeMean) ink.density = 0.0;
   Work work = Work(0u, 0u, 0u, 0u, 0u);
   uint crossed = traverse(ray, ink, work);
+  if (kMode == kModeMean) finishMean(ink);
   if (kMode == kModeBlocks && crossed > 0u) {
     ink.color = heat(crossed);
     ink.transmittance = 0.0;

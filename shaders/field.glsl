@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+// The trilinear field inside one subblock, from its voxels and their ring (docs/integration.md, "The field"). `place` is
+// relative to the subblock's corner, in voxels, 0..kSubblockSide.
+
+struct FieldValue {
+  float density;
+  vec3 color;  // rgba8: colour x density
+};
+
+// Lower corner of the interpolation cell, as an index into the subblock, and the place inside the cell.
+int cellAt(vec3 place, out vec3 weight) {
+  vec3 cell = clamp(floor(place - 0.5), vec3(-1.0), vec3(kSubblockSide - 1));
+  weight = place - 0.5 - cell;
+  return int(dot(cell, voxelStrides())) + kApronOffset;
+}
+
+float lerpCorners(float v[8], vec3 weight) {
+  vec4 along_x = mix(vec4(v[0], v[2], v[4], v[6]), vec4(v[1], v[3], v[5], v[7]), weight.x);
+  vec2 along_y = mix(along_x.xz, along_x.yw, weight.y);
+  return mix(along_y.x, along_y.y, weight.z);
+}
+
+// Corner i of a cell: bit 0 is one step along x, bit 1 along y, bit 2 along z.
+int cornerOffset(int i) { return (i & 1) + kStride * ((i >> 1 & 1) + kStride * (i >> 2)); }
+
+float densityAt(uint64_t voxels, vec3 place) {
+  vec3 weight;
+  int cell = cellAt(place, weight);
+  float v[8];
+  for (int i = 0; i < 8; ++i) {
+    uint bits;
+    v[i] = loadDensity(voxels, cell + cornerOffset(i), bits);
+  }
+  return lerpCorners(v, weight);
+}
+
+FieldValue fieldAt(uint64_t voxels, vec3 place) {
+  if (kVoxelType != kVoxelRgba8) return FieldValue(densityAt(voxels, place), vec3(0.0));
+  vec3 weight;
+  int cell = cellAt(place, weight);
+  vec4 v[8];
+  for (int i = 0; i < 8; ++i) {
+    uint bits;
+    float density = loadDensity(voxels, cell + cornerOffset(i), bits);
+    v[i] = vec4(colorOf(bits) * density, density);
+  }
+  vec4 low = mix(mix(v[0], v[1], weight.x), mix(v[2], v[3], weight.x), weight.y);
+  vec4 high = mix(mix(v[4], v[5], weight.x), mix(v[6], v[7], weight.x), weight.y);
+  vec4 value = mix(low, high, weight.z);
+  return FieldValue(value.a, value.rgb);
+}
+
+// Index-space gradient by central differences over one voxel, which stay inside the ring.
+vec3 gradientAt(uint64_t voxels, vec3 place) {
+  vec3 gradient;
+  for (int axis = 0; axis < 3; ++axis) {
+    vec3 shift = vec3(axis == 0 ? 0.5 : 0.0, axis == 1 ? 0.5 : 0.0, axis == 2 ? 0.5 : 0.0);
+    gradient[axis] = densityAt(voxels, place + shift) - densityAt(voxels, place - shift);
+  }
+  return gradient;
+}
+
+// The same for a voxel of filter nearest: over its two neighbours along each axis.
+vec3 voxelGradient(uint64_t voxels, int index) {
+  vec3 gradient;
+  for (int axis = 0; axis < 3; ++axis) {
+    int stride = axis == 0 ? 1 : (axis == 1 ? kStride : kStride * kStride);
+    uint bits;
+    gradient[axis] = 0.5 * (loadDensity(voxels, index + stride, bits) - loadDensity(voxels, index - stride, bits));
+  }
+  return gradient;
+}

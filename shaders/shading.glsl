@@ -1,0 +1,41 @@
+// SPDX-License-Identifier: Apache-2.0
+// From a density to colour and extinction, and light on a gradient (docs/integration.md).
+
+struct Sample {
+  vec3 color;
+  float extinction;  // per world unit
+};
+
+// Entry `index` of a table of vec4, linear between entries.
+vec4 lookUp(uint64_t table, float index, uint stride) {
+  index = clamp(index, 0.0, float(scene.table_last));
+  uint low = min(uint(index), scene.table_last - 1u);
+  return mix(TableArray(table).at[low * stride], TableArray(table).at[(low + 1u) * stride], index - float(low));
+}
+
+Sample tableSample(float stored) {
+  float index = (stored - scene.table_first) * scene.table_scale;
+  // One entry a stored value, 0 outside the range (renderer/transfer_table.h).
+  bool exact = kFilter == kFilterNearest && kVoxelType != kVoxelF32 && (kMode == kModeBlend || kMode == kModeFirstHit);
+  vec4 entry = exact ? TableArray(scene.table).at[uint(index)] : lookUp(scene.table, index, 1u);
+  return Sample(entry.rgb, entry.a);
+}
+
+// `color` is that of rgba8.
+Sample shadeDensity(float density, vec3 color) {
+  if (kVoxelType == kVoxelRgba8) return Sample(color, density * scene.extinction_scale);
+  return tableSample(density);
+}
+
+// Blinn 1977, two-sided: a head light, whose half vector is the view vector, and one light beside it. `direction` is the
+// ray's in index space per world unit, so that its product with the gradient is the slope along the unit view vector.
+vec3 lightColor(vec3 color, vec3 gradient, vec3 direction) {
+  vec3 world = vec3(dot(scene.gradient_rows[0], gradient), dot(scene.gradient_rows[1], gradient),
+                    dot(scene.gradient_rows[2], gradient));
+  float largest = max(abs(world.x), max(abs(world.y), abs(world.z)));
+  if (!(largest > 0.0)) return color;
+  float steepness = largest * length(world / largest);  // neither overflows nor vanishes where the squares would
+  float facing_eye = min(abs(dot(gradient, direction)) / steepness, 1.0);
+  float facing_light = min(abs(dot(gradient, scene.light)) / steepness, 1.0);
+  return color * (0.3 + 0.4 * facing_eye + 0.3 * facing_light) + 0.2 * pow(facing_eye, 32.0);
+}

@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Voxels of one subblock: x fastest, kStride along each axis; with an apron they begin one voxel below the subblock's first.
+
+const int kVoxelBytes = kVoxelType == kVoxelU8 ? 1 : (kVoxelType == kVoxelU16 ? 2 : 4);
+const int kSubblockBytes = kStride * kStride * kStride * kVoxelBytes;
+const int kApronOffset = kApron ? 1 + kStride * (1 + kStride) : 0;
+
+vec3 voxelStrides() { return vec3(1.0, float(kStride), float(kStride * kStride)); }
+
+// Density in stored units; rgba8 gives the whole voxel in `bits` too.
+float loadDensity(uint64_t voxels, int index, out uint bits) {
+  bits = 0u;
+  if (kVoxelType == kVoxelRgba8) {
+    bits = UintArray(voxels).at[index];
+    return float(bits >> 24);
+  }
+  if (kVoxelType == kVoxelU8) return float(uint(U8Array(voxels).at[index]));
+  if (kVoxelType == kVoxelU16) return float(uint(U16Array(voxels).at[index]));
+  return F32Array(voxels).at[index];
+}
+
+vec3 colorOf(uint bits) { return vec3(bits & 255u, (bits >> 8) & 255u, (bits >> 16) & 255u) * (1.0 / 255.0); }
+
+bool isInRange(float density) { return density >= scene.density_lo && density <= scene.density_hi; }
