@@ -115,6 +115,26 @@ double depthOfOpacityRamp(double opacity0, double opacity1, double length) {
   return length * (integral(q1) - integral(q0)) / (q1 - q0);
 }
 
+View linearView(glm::dvec3 eye, glm::dvec3 target, Mode mode) {
+  View view;
+  view.width = view.height = 1;
+  view.eye = eye;
+  view.target = target;
+  view.up = glm::dvec3(0.03, 1, 0.02);
+  view.range = DensityRange{.lo = -1e30, .hi = 1e30};
+  view.mode = mode;
+  view.filter = Filter::linear;
+  view.step = 0.5;
+  view.extinction = 0.3;
+  view.background = {0, 0, 0, 0};
+  return view;
+}
+
+std::vector<TransferPoint> transferRamp(double lo, double opacity0, double hi, double opacity1) {
+  return {{.value = lo, .color = {1, 0, 0}, .opacity = opacity0},
+          {.value = hi, .color = {0, 0, 1}, .opacity = opacity1}};
+}
+
 double hatAlongFaceDiagonal() { return 2 * std::numbers::sqrt2 / 3; }
 double hatAlongCubeDiagonal() { return std::numbers::sqrt3 / 2; }
 

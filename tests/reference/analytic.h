@@ -42,6 +42,13 @@ DenseVolume oneVoxel(VoxelType type, glm::ivec3 dims, glm::ivec3 voxel, std::arr
 // other's: the mean of -ln(1 - opacity) in closed form, -[q ln q - q] / [q] with q = 1 - opacity.
 double depthOfOpacityRamp(double opacity0, double opacity1, double length);
 
+// One pixel, 1 x 1, that looks from the eye at the target through the linear filter: everything in range, extinction
+// 0.3, step 0.5, nothing behind.
+View linearView(glm::dvec3 eye, glm::dvec3 target, Mode mode = Mode::blend);
+
+// Opacity and colour from `opacity0` and red at value `lo` straight to `opacity1` and blue at `hi`.
+std::vector<TransferPoint> transferRamp(double lo, double opacity0, double hi, double opacity1);
+
 // Integrals of the trilinear hat of one voxel of height 1 through its centre: along an axis, along a diagonal of a face
 // and along one of the cube.
 constexpr double kHatAlongAxis = 1;

@@ -105,7 +105,7 @@ Material Classifier::materialAt(const glm::dvec4& field) const {
 
 Material Classifier::meanMaterial(double f, double g) const {
   if (f == g) return isVisible(f) ? materialAt({0, 0, 0, f}) : Material{};
-  const auto [low, high] = std::minmax(f, g);
+  const double low = std::min(f, g), high = std::max(f, g);
   std::vector<double> ends{low, high};
   for (double kink : kinks()) {
     if (kink > low && kink < high) ends.push_back(kink);

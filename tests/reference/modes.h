@@ -3,6 +3,8 @@
 // (docs/integration.md, Modes). They fill in what reference.h says of the pixel.
 #pragma once
 
+#include <functional>
+
 #include "tests/reference/cut_ray.h"
 #include "tests/reference/reference.h"
 
@@ -25,6 +27,9 @@ void linearBlend(const Scene& scene, const CutRay& cut, Pixel& pixel);
 void linearFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel);  // and iso
 void linearMip(const Scene& scene, const CutRay& cut, Pixel& pixel);
 void linearMean(const Scene& scene, const CutRay& cut, Pixel& pixel);
+
+// The pixels of a view's size, on every core.
+Image renderEach(const View& view, const std::function<Pixel(int x, int y)>& render);
 
 double unitDistanceOf(const DenseVolume& volume);
 

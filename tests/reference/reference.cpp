@@ -10,6 +10,7 @@
 #include "tests/reference/modes.h"
 
 namespace blockwalk::reference {
+
 double unitDistanceOf(const DenseVolume& volume) {
   const glm::dmat3 axes(volume.world_from_index);
   return std::min({glm::length(axes[0]), glm::length(axes[1]), glm::length(axes[2])});
@@ -88,16 +89,16 @@ Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y)
   return pixel;
 }
 
-Image renderImage(const DenseVolume& volume, const View& resolved) {
-  Image image{.width = resolved.width, .height = resolved.height};
-  image.pixels.resize(static_cast<std::size_t>(resolved.width) * static_cast<std::size_t>(resolved.height));
+Image renderEach(const View& view, const std::function<Pixel(int x, int y)>& render) {
+  Image image{.width = view.width, .height = view.height};
+  image.pixels.resize(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height));
   std::atomic<int> next_row{0};
   const auto work = [&] {
-    for (int y = next_row++; y < resolved.height; y = next_row++) {
-      for (int x = 0; x < resolved.width; ++x) {
+    for (int y = next_row++; y < view.height; y = next_row++) {
+      for (int x = 0; x < view.width; ++x) {
         const std::size_t index =
-            static_cast<std::size_t>(y) * static_cast<std::size_t>(resolved.width) + static_cast<std::size_t>(x);
-        image.pixels[index] = renderPixel(volume, resolved, x, y);
+            static_cast<std::size_t>(y) * static_cast<std::size_t>(view.width) + static_cast<std::size_t>(x);
+        image.pixels[index] = render(x, y);
       }
     }
   };
@@ -105,6 +106,10 @@ Image renderImage(const DenseVolume& volume, const View& resolved) {
   for (unsigned i = 1; i < std::thread::hardware_concurrency(); ++i) threads.emplace_back(work);
   work();
   return image;
+}
+
+Image renderImage(const DenseVolume& volume, const View& resolved) {
+  return renderEach(resolved, [&](int x, int y) { return renderPixel(volume, resolved, x, y); });
 }
 
 }  // namespace blockwalk::reference

@@ -17,27 +17,6 @@ namespace {
 
 constexpr double kTolerance = 1e-12;
 
-// One pixel, linear filter, everything in range, nothing behind.
-View linearView(glm::dvec3 eye, glm::dvec3 target, Mode mode = Mode::blend) {
-  View view;
-  view.width = view.height = 1;
-  view.eye = eye;
-  view.target = target;
-  view.up = glm::dvec3(0.03, 1, 0.02);
-  view.range = DensityRange{.lo = -1e30, .hi = 1e30};
-  view.mode = mode;
-  view.filter = Filter::linear;
-  view.extinction = 0.3;
-  view.background = {0, 0, 0, 0};
-  return view;
-}
-
-// Opacity from `opacity0` at value `lo` straight to `opacity1` at `hi`, colour from red to blue.
-std::vector<TransferPoint> transferRamp(double lo, double opacity0, double hi, double opacity1) {
-  return {{.value = lo, .color = {1, 0, 0}, .opacity = opacity0},
-          {.value = hi, .color = {0, 0, 1}, .opacity = opacity1}};
-}
-
 double opacityOf(const DenseVolume& volume, const View& view) { return renderPixel(volume, view, 0, 0).color.a; }
 
 glm::dvec3 randomPoint(std::mt19937& random, glm::dvec3 lo, glm::dvec3 hi) {
