@@ -79,9 +79,12 @@ bool writePng(PngOutput& output, const Frame& frame, bool opaque, png_byte* row)
   return true;
 }
 
+bool isOpaque(const Frame& frame) {
+  return std::all_of(frame.pixels.begin(), frame.pixels.end(), [](std::uint32_t pixel) { return pixel >> 24 == 255; });
+}
+
 std::vector<std::byte> encodePng(const Frame& frame) {
-  const bool opaque =
-      std::all_of(frame.pixels.begin(), frame.pixels.end(), [](std::uint32_t pixel) { return pixel >> 24 == 255; });
+  const bool opaque = isOpaque(frame);
   std::vector<png_byte> row(static_cast<std::size_t>(frame.width) * 4);
   PngOutput output;
   if (!writePng(output, frame, opaque, row.data())) {
@@ -97,13 +100,26 @@ struct JpegFree {
   void operator()(unsigned char* bytes) const { tjFree(bytes); }
 };
 
+std::uint32_t overBlack(std::uint32_t pixel) {
+  const std::uint32_t opacity = pixel >> 24;
+  std::uint32_t out = 0xff000000u;
+  for (int shift = 0; shift < 24; shift += 8) out |= ((pixel >> shift & 0xff) * opacity + 127) / 255 << shift;
+  return out;
+}
+
 std::vector<std::byte> encodeJpeg(const Frame& frame, int quality) {
   const std::unique_ptr<void, JpegDelete> compressor(tjInitCompress());
   if (!compressor) failData("jpeg: libturbojpeg could not start");
   unsigned char* allocated = nullptr;
   unsigned long size = 0;
   const int subsampling = quality >= kFullChromaQuality ? TJSAMP_444 : TJSAMP_420;
-  const auto* pixels = reinterpret_cast<const unsigned char*>(frame.pixels.data());
+  std::vector<std::uint32_t> composited;
+  if (!isOpaque(frame)) {
+    composited.resize(frame.pixels.size());
+    std::transform(frame.pixels.begin(), frame.pixels.end(), composited.begin(), overBlack);
+  }
+  const auto& source = composited.empty() ? frame.pixels : composited;
+  const auto* pixels = reinterpret_cast<const unsigned char*>(source.data());
   const int failed = tjCompress2(compressor.get(), pixels, frame.width, frame.width * 4, frame.height, TJPF_RGBX,
                                  &allocated, &size, subsampling, quality, TJFLAG_FASTDCT);
   const std::unique_ptr<unsigned char, JpegFree> bytes(allocated);

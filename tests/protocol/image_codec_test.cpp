@@ -90,6 +90,19 @@ TEST(ImageCodec, JpegIsCloseAndQualityCosts) {
   EXPECT_LE(largest, 12);
 }
 
+TEST(ImageCodec, JpegIsCompositedOverBlack) {
+  Frame frame{.width = 32, .height = 32, .pixels = {}, .probes = {}, .stats = {}};
+  for (const auto& [pixel, shown] :
+       {std::pair{0x00ffffffu, 0x000000u}, {0x80c86432u, 0x643219u}, {0xffc86432u, 0xc86432u}}) {
+    frame.pixels.assign(1024, pixel);
+    int subsampling = -1;
+    const std::uint32_t found = decodeJpeg(encodeImage(frame, ImageFormat::jpeg, 95), subsampling).at(500);
+    for (int shift = 0; shift < 24; shift += 8) {
+      EXPECT_NEAR(static_cast<int>(found >> shift & 0xff), static_cast<int>(shown >> shift & 0xff), 3) << pixel;
+    }
+  }
+}
+
 TEST(ImageCodec, RawIsTheRows) {
   const Frame frame = gradientFrame(5, 4, false);
   const auto bytes = encodeImage(frame, ImageFormat::raw, 85);
