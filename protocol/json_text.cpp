@@ -72,6 +72,7 @@ class BoundedBuilder : public json::json_sax_t {
   bool end_object() override { return close(); }
   bool end_array() override { return close(); }
   bool key(string_t& name) override {
+    if (stack_.size() == 1) member_ = fmt::format("{:.40}", name);
     checkLength(name);
     if (stack_.back()->contains(name)) fail(fmt::format("member '{:.60}' is repeated", name));
     key_ = std::move(name);
@@ -80,15 +81,17 @@ class BoundedBuilder : public json::json_sax_t {
   bool parse_error(std::size_t position, const std::string&, const nlohmann::detail::exception& error) override {
     // Ids 401.. are numbers out of range; the rest are faults of syntax.
     const bool range = error.id >= 401;
-    throw JsonError(position, fmt::format("JSON, byte {}: {}", position,
-                                          range ? "number too large for a double" : "not valid JSON"));
+    throw JsonError(
+        position,
+        fmt::format("JSON, byte {}: {}", position, range ? "number too large for a double" : "not valid JSON"),
+        range ? member_ : std::string());
   }
 
   json take() { return std::move(root_); }
 
  private:
   [[noreturn]] void fail(std::string_view detail) const {
-    throw JsonError(*read_, fmt::format("JSON, byte {}: {}", *read_, detail));
+    throw JsonError(*read_, fmt::format("JSON, byte {}: {}", *read_, detail), member_);
   }
   void checkLength(const std::string& text) const {
     if (text.size() > limits_.string_bytes) fail(fmt::format("string longer than {} bytes", limits_.string_bytes));
@@ -124,6 +127,7 @@ class BoundedBuilder : public json::json_sax_t {
   json root_;
   std::vector<json*> stack_;  // an element's address is stable while its container is the innermost open one
   std::string key_;
+  std::string member_;  // the outermost object's newest
 };
 
 }  // namespace

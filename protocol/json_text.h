@@ -6,6 +6,7 @@
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "volume/error.h"
 
@@ -18,8 +19,10 @@ struct JsonLimits {
 };
 
 struct JsonError : DataError {
-  JsonError(std::size_t byte, const std::string& detail) : DataError(detail), position(byte) {}
+  JsonError(std::size_t byte, const std::string& detail, std::string member = {})
+      : DataError(detail), position(byte), field(std::move(member)) {}
   std::size_t position;  // bytes read when the fault was seen
+  std::string field;     // the member of the outermost object that the fault lies in, shortened; empty: in none
 };
 
 // RFC 8259 without concessions: no byte order mark, no NUL, no repeated member, no number that a double cannot hold

@@ -91,7 +91,7 @@ json parseMessageText(std::string_view text) {
   try {
     return parseJson(text, {.text_bytes = kMaxMessageBytes});
   } catch (const JsonError& error) {
-    throw MessageError({.status = 400, .detail = error.what(), .field = {}}, std::nullopt);
+    throw MessageError({.status = 400, .detail = error.what(), .field = error.field}, std::nullopt);
   }
 }
 

@@ -80,6 +80,27 @@ const BadText kBadJson[] = {
 INSTANTIATE_TEST_SUITE_P(Table, BadJson, testing::ValuesIn(kBadJson),
                          [](const auto& test) { return std::string(test.param.name); });
 
+TEST(JsonText, NamesTheMemberOfTheOutermostObject) {
+  const std::pair<const char*, const char*> cases[] = {
+      {R"({"a":1,"b":2,"a":3})", "a"},
+      {R"({"a":1,"b":1e400})", "b"},
+      {R"({"a":1,"b":1e-400})", "b"},
+      {R"({"a":1,"b":[{"c":1e400}]})", "b"},
+      {R"({"a":{"c":1,"c":2}})", "a"},
+      {R"({"a":1,)", ""},
+      {R"([1e400])", ""},
+      {R"([{"c":1,"c":2}])", ""},
+  };
+  for (const auto& [text, field] : cases) {
+    try {
+      parseJson(text);
+      ADD_FAILURE() << "accepted: " << text;
+    } catch (const JsonError& error) {
+      EXPECT_EQ(error.field, field) << text;
+    }
+  }
+}
+
 TEST(JsonText, TakesTheDepthThatIsAllowed) { EXPECT_NO_THROW(parseJson(repeat("[", 32) + repeat("]", 32))); }
 
 TEST(JsonText, EveryPrefixIsRefused) {

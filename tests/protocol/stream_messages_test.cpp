@@ -48,7 +48,7 @@ const BadMessage kBadMessages[] = {
     {"[]", "", -1},
     {"5", "", -1},
     {"{", "", -1},
-    {R"({"type":"view","type":"view","id":1})", "", -1},
+    {R"({"type":"view","type":"view","id":1})", "type", -1},
     {R"({})", "type", -1},
     {R"({"type":5})", "type", -1},
     {R"({"type":"wiev","id":1})", "type", -1},
