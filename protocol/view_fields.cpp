@@ -13,6 +13,8 @@ namespace {
 
 using Text = std::string_view;
 
+constexpr double kMinFov = 0.001;
+
 // A choice that INTERFACE knows and this version lacks gets the same message as one nobody knows: what is supported.
 [[noreturn]] void failSupport(Text field, Text supported, Text text) {
   failValue(field, fmt::format("this version supports {}", supported), text);
@@ -29,7 +31,10 @@ void parseSize(ImageRequest& request, Text text) {
 // Perspective and orthographic exclude each other, so that each patch to a session says which one is meant.
 void parseFov(ImageRequest& request, Text text) {
   const double fov = parseNumber("fov", text);
-  if (!(fov > 0 && fov < 180)) failValue("fov", "must lie between 0 and 180 degrees, both excluded", text);
+  // Below this a volume that is framed lies so far away that its coordinates lose their digits, and at last overflow.
+  if (!(fov >= kMinFov && fov < 180)) {
+    failValue("fov", fmt::format("must be at least {} and less than 180 degrees", kMinFov), text);
+  }
   request.view.fov_degrees = fov;
   request.view.ortho_height.reset();
 }
@@ -108,7 +113,7 @@ constexpr std::array kFields = {
               [](ImageRequest& request, Text text) {
                 setOptional(request.view.up, text, "auto", [](Text t) { return parseVector("up", t); });
               }},
-    ViewField{"fov", "DEGREES", "vertical field of view, between 0 and 180 (40)", parseFov},
+    ViewField{"fov", "DEGREES", "vertical field of view, 0.001 to less than 180 (40)", parseFov},
     ViewField{"ortho", "HEIGHT", "orthographic view of this world height, instead of fov", parseOrtho},
     ViewField{"range", "lo:hi", "density range, inclusive, data units (auto: the volume's non-empty range)",
               [](ImageRequest& request, Text text) {

@@ -108,6 +108,7 @@ const BadField kBadFields[] = {
     {"fov", "0"},
     {"fov", "180"},
     {"fov", "-1"},
+    {"fov", "1e-300"},
     {"fov", "40deg"},
     {"fov", ""},
     {"ortho", "0"},
