@@ -15,6 +15,7 @@
 #include "protocol/json_text.h"
 #include "protocol/render_json.h"
 #include "server/await_result.h"
+#include "server/chunked_body.h"
 #include "server/routes.h"
 #include "server/stream_session.h"
 #include "server/wire_stream.h"
@@ -27,10 +28,9 @@ namespace http = beast::http;
 using boost::system::error_code;
 using Parser = http::request_parser<http::string_body>;
 
+constexpr std::size_t kReadBytes = 4096;
 constexpr std::size_t kSlice = std::size_t{256} << 10;
 constexpr std::chrono::seconds kLingerTime{1};
-
-auto keepError(error_code& error) { return asio::redirect_error(asio::use_awaitable, error); }
 
 class Connection {
  public:
@@ -53,7 +53,8 @@ class Connection {
 
   asio::awaitable<bool> awaitFirstByte();
   asio::awaitable<Next> serveRequest();
-  asio::awaitable<error_code> readBody(Parser& parser, const HttpRequest& request);
+  asio::awaitable<error_code> readBody(Parser& parser, HttpRequest& request, std::optional<Problem>& fault);
+  asio::awaitable<error_code> readChunks(HttpRequest& request, std::optional<Problem>& fault);
   asio::awaitable<HttpReply> answer(HttpRequest& request, std::optional<StreamJob>& stream);
   asio::awaitable<HttpReply> answerImage(const HttpRequest& request, const ImageJob& job);
   asio::awaitable<error_code> send(const HttpReply& reply);
@@ -113,7 +114,7 @@ asio::awaitable<bool> Connection::awaitFirstByte() {
   if (buffer_.size() > 0) co_return true;
   stream_.expires_after(seconds(is_first_ ? options_.header_time : options_.idle_time));
   error_code error;
-  const std::size_t count = co_await stream_.async_read_some(buffer_.prepare(4096), keepError(error));
+  const std::size_t count = co_await stream_.async_read_some(buffer_.prepare(kReadBytes), keepError(error));
   buffer_.commit(count);
   co_return !error;
 }
@@ -138,11 +139,16 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
     co_return co_await refuse(*refusal);
   }
   if (!parser.is_done()) {
-    error = co_await readBody(parser, request);
+    std::optional<Problem> fault;
+    error = co_await readBody(parser, request, fault);
+    if (fault) {
+      HttpReply reply = problemReply(*fault);
+      reply.close = true;
+      co_return co_await refuse(reply);
+    }
     if (error && !isFaultOfRequest(error)) co_return Next::close;
     if (error) co_return co_await refuse(parseFault(error, parser));
   }
-  request.body = std::move(parser.get().body());
 
   std::optional<StreamJob> stream;
   HttpReply reply = co_await answer(request, stream);
@@ -158,7 +164,7 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
   co_return Next::close;
 }
 
-asio::awaitable<error_code> Connection::readBody(Parser& parser, const HttpRequest& request) {
+asio::awaitable<error_code> Connection::readBody(Parser& parser, HttpRequest& request, std::optional<Problem>& fault) {
   error_code error;
   stream_.expires_after(seconds(options_.body_time));
   if (request.count("Expect") > 0 && buffer_.size() == 0) {
@@ -166,7 +172,26 @@ asio::awaitable<error_code> Connection::readBody(Parser& parser, const HttpReque
     co_await asio::async_write(stream_, asio::buffer(kContinue), keepError(error));
     if (error) co_return error;
   }
+  if (parser.chunked()) co_return co_await readChunks(request, fault);
   co_await http::async_read(stream_, buffer_, parser, keepError(error));
+  request.body = std::move(parser.get().body());
+  co_return error;
+}
+
+// Not Beast's parser: it waits for more where a line ends in a bare LF, and takes sizes of any number of digits.
+asio::awaitable<error_code> Connection::readChunks(HttpRequest& request, std::optional<Problem>& fault) {
+  ChunkedBody body(static_cast<std::uint64_t>(options_.body_limit));
+  error_code error;
+  while (true) {
+    const auto data = buffer_.cdata();
+    buffer_.consume(body.take({static_cast<const char*>(data.data()), data.size()}));
+    if (body.isDone() || body.fault()) break;
+    const std::size_t count = co_await stream_.async_read_some(buffer_.prepare(kReadBytes), keepError(error));
+    if (error) break;
+    buffer_.commit(count);
+  }
+  fault = body.fault();
+  request.body = std::move(body.text());
   co_return error;
 }
 
@@ -181,7 +206,7 @@ asio::awaitable<HttpReply> Connection::answer(HttpRequest& request, std::optiona
   } catch (...) {
     thrown = std::current_exception();
   }
-  co_return problemReply(problemOf(thrown));
+  co_return failureReply(thrown);
 }
 
 class ImageJobLease {
@@ -256,7 +281,7 @@ asio::awaitable<void> Connection::linger() {
   co_await stream_.endSending();
   while (!error) {
     buffer_.clear();
-    co_await stream_.async_read_some(buffer_.prepare(4096), keepError(error));
+    co_await stream_.async_read_some(buffer_.prepare(kReadBytes), keepError(error));
   }
 }
 

@@ -112,12 +112,24 @@ std::string cookieToken(const HttpRequest& request) {
   return {};
 }
 
-// A browser says where the page came from; it must be this very server.
-bool isOwnOrigin(std::string_view origin, std::string_view host) {
-  for (std::string_view scheme : {"http://", "https://"}) {
-    if (origin.starts_with(scheme)) return equalNames(origin.substr(scheme.size()), host);
+// A browser says where the page came from; it must be this very server, scheme included.
+bool isOwnOrigin(std::string_view origin, std::string_view host, bool tls) {
+  const std::string_view scheme = tls ? "https://" : "http://";
+  return origin.starts_with(scheme) && equalNames(origin.substr(scheme.size()), host);
+}
+
+// Takes the next entity tag off the list, without the W/ of a weak one; what is none comes back empty.
+std::string_view takeTag(std::string_view& list) {
+  list.remove_prefix(std::min(list.find_first_not_of(" \t,"), list.size()));
+  if (list.starts_with("W/")) list.remove_prefix(2);
+  if (!list.starts_with('"')) {
+    list.remove_prefix(std::min(list.find(','), list.size()));
+    return {};
   }
-  return false;
+  const std::size_t close = list.find('"', 1);  // a tag may hold commas
+  const std::string_view tag = close == std::string_view::npos ? std::string_view() : list.substr(0, close + 1);
+  list.remove_prefix(close == std::string_view::npos ? list.size() : close + 1);
+  return tag;
 }
 
 }  // namespace
@@ -132,7 +144,7 @@ std::optional<HttpReply> judgeHead(const HttpRequest& request, const HttpRules& 
   return {};
 }
 
-std::optional<HttpReply> judgeUpgrade(const HttpRequest& request) {
+std::optional<HttpReply> judgeUpgrade(const HttpRequest& request, const HttpRules& rules) {
   const auto field = [&](std::string_view name) { return request.value(name); };
   if (request.version != 11 || !request.hasToken("Upgrade", "websocket") ||
       !request.hasToken("Connection", "upgrade")) {
@@ -156,7 +168,7 @@ std::optional<HttpReply> judgeUpgrade(const HttpRequest& request) {
   if (!request.hasToken("Sec-WebSocket-Protocol", kStreamProtocol)) {
     return refuse(400, "Sec-WebSocket-Protocol", fmt::format("the subprotocol is {}", kStreamProtocol));
   }
-  if (request.count("Origin") > 0 && !isOwnOrigin(field("Origin"), field("Host"))) {
+  if (request.count("Origin") > 0 && !isOwnOrigin(field("Origin"), field("Host"), rules.tls)) {
     return refuse(403, "Origin", "pages of another origin may not open this stream");
   }
   return {};
@@ -188,6 +200,18 @@ bool isAuthorized(const HttpRequest& request, const HttpRules& rules) {
     name.remove_prefix(std::min(name.find_first_not_of(' '), name.size()));
     if (name.starts_with("token.") && equalSecrets(name.substr(6), rules.token)) return true;
     rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
+  }
+  return false;
+}
+
+bool matchesTag(const HttpRequest& request, std::string_view etag) {
+  for (const auto& [name, value] : request.fields) {
+    if (!equalNames(name, "If-None-Match")) continue;
+    if (value == "*") return true;
+    std::string_view rest = value;
+    while (!rest.empty()) {
+      if (takeTag(rest) == etag) return true;
+    }
   }
   return false;
 }

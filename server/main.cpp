@@ -22,6 +22,7 @@ blockwalk::DeviceOptions deviceOptions(const blockwalk::ServerOptions& options) 
 int serve(const std::vector<std::string>& arguments) {
   const auto options = blockwalk::parseServerOptions(arguments);
   blockwalk::Server server(options, [options] { return blockwalk::createRenderer(deviceOptions(options)); });
+  server.waitForDevice();  // a driver that hangs can still be ended by a signal
   server.drainOnSignals();
   fmt::print("blockwalkd: listening on {}\n", server.url());
   std::fflush(stdout);

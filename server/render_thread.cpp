@@ -4,9 +4,26 @@
 #include <spdlog/spdlog.h>
 
 namespace blockwalk {
+namespace {
+
+// Clients learn the file's name, not where it lies.
+std::string withoutFolder(std::string text, const std::filesystem::path& file) {
+  const std::string path = file.string();
+  const std::string name = file.filename().string();
+  for (std::size_t at = text.find(path); at != std::string::npos; at = text.find(path, at + name.size())) {
+    text.replace(at, path.size(), name);
+  }
+  return text;
+}
+
+}  // namespace
 
 RenderThread::RenderThread(RendererFactory factory, std::vector<std::filesystem::path> files, RenderEvents events)
-    : factory_(std::move(factory)), files_(std::move(files)), events_(std::move(events)), volumes_(files_.size()) {
+    : factory_(std::move(factory)),
+      files_(std::move(files)),
+      events_(std::move(events)),
+      volumes_(files_.size()),
+      failures_(files_.size()) {
   thread_ = std::thread([this] { run(); });
 }
 
@@ -34,8 +51,11 @@ void RenderThread::run() {
   try {
     renderer_ = factory_();
     events_.on_device(renderer_->device());
+    device_.set_value();
   } catch (const std::exception& error) {
+    renderer_.reset();
     events_.on_no_device(error.what());
+    device_.set_exception(std::current_exception());
   }
   while (renderer_ != nullptr) {
     std::unique_lock lock(mutex_);
@@ -63,9 +83,16 @@ void RenderThread::loadNext() {
     tellDevice();
     events_.on_loaded(index, loaded);
   } catch (const std::exception& error) {
-    spdlog::error("volume not loaded: {}", error.what());
-    events_.on_failed(index, error.what());
+    fail(index, error.what());
   }
+}
+
+// What the device holds of the volume is let go: some of it may not be what the file said.
+void RenderThread::fail(std::size_t index, const std::string& reason) {
+  spdlog::error("volume failed: {}", reason);
+  volumes_[index].reset();
+  failures_[index] = withoutFolder(reason, files_[index]);
+  events_.on_failed(index, failures_[index]);
 }
 
 // A frame may have made another level resident.
@@ -76,17 +103,31 @@ void RenderThread::tellDevice() {
   events_.on_device(std::move(device));
 }
 
-void RenderThread::renderOne(std::uint64_t client, RenderJob job) {
+// A file that broke while it is served ends its volume; whatever else goes wrong is this frame's alone.
+RenderResult RenderThread::renderFrame(const RenderJob& job) {
   RenderResult result;
-  const auto begin = std::chrono::steady_clock::now();
   try {
-    if (volumes_[job.volume] == nullptr) failData("this volume is not resident");
+    if (volumes_[job.volume] == nullptr) throw VolumeError(failures_[job.volume]);
     result.frame = renderer_->render(*volumes_[job.volume], job.view,
                                      {.count = job.count, .probe = false, .cancel = job.cancel.get()});
     tellDevice();
+  } catch (const ViewError&) {
+    result.error = std::current_exception();
+  } catch (const VolumeError&) {
+    result.error = std::current_exception();
+  } catch (const DataError& broken) {
+    fail(job.volume, broken.what());
+    tellDevice();
+    result.error = std::make_exception_ptr(VolumeError(failures_[job.volume]));
   } catch (...) {
     result.error = std::current_exception();
   }
+  return result;
+}
+
+void RenderThread::renderOne(std::uint64_t client, RenderJob job) {
+  const auto begin = std::chrono::steady_clock::now();
+  RenderResult result = renderFrame(job);
   const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
   {
     const std::lock_guard lock(mutex_);

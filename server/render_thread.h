@@ -10,6 +10,7 @@
 #include <exception>
 #include <filesystem>
 #include <functional>
+#include <future>
 #include <memory>
 #include <mutex>
 #include <string>
@@ -36,6 +37,11 @@ struct RenderJob {
   std::function<void(RenderResult)> done;  // called once, unless the thread is stopped first
 };
 
+// The volume's file could not be loaded, or broke while it was served. The text names the file without its folder.
+struct VolumeError : DataError {
+  using DataError::DataError;
+};
+
 struct LoadedVolume {
   std::shared_ptr<const VolumeInfo> info;
   std::uint64_t file_bytes = 0;
@@ -45,6 +51,7 @@ struct RenderEvents {
   std::function<void(DeviceInfo)> on_device;  // when there is one, and again when its memory use changes
   std::function<void(std::string)> on_no_device;
   std::function<void(std::size_t volume, LoadedVolume)> on_loaded;
+  // Instead of on_loaded, or after it: the volume is not served from now on.
   std::function<void(std::size_t volume, std::string error)> on_failed;
 };
 
@@ -52,6 +59,9 @@ class RenderThread {
  public:
   RenderThread(RendererFactory factory, std::vector<std::filesystem::path> files, RenderEvents events);
   ~RenderThread();
+
+  // Waits until there is a device. Throws what the factory threw.
+  void waitForDevice() const { device_opened_.get(); }
 
   // Jobs of different clients share the device by device time.
   void submit(std::uint64_t client, RenderJob job);
@@ -65,6 +75,8 @@ class RenderThread {
   void loadNext();
   void tellDevice();
   void renderOne(std::uint64_t client, RenderJob job);
+  RenderResult renderFrame(const RenderJob& job);
+  void fail(std::size_t index, const std::string& reason);
 
   RendererFactory factory_;
   std::vector<std::filesystem::path> files_;
@@ -81,6 +93,9 @@ class RenderThread {
   // The thread's own.
   std::unique_ptr<Renderer> renderer_;
   std::vector<std::unique_ptr<ResidentVolume>> volumes_;
+  std::vector<std::string> failures_;  // of the volumes; empty: not failed
+  std::promise<void> device_;
+  std::shared_future<void> device_opened_ = device_.get_future().share();  // any thread
   std::size_t next_load_ = 0;
 
   std::thread thread_;

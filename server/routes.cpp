@@ -57,8 +57,7 @@ HttpReply pageReply(const HttpRequest& request, const ServerState& state) {
   }
   if (auto reply = judgeMethod(request, kReadMethods)) return *reply;
   HttpReply reply{.status = 200, .type = page->second.type, .fields = {}, .body = page->second.bytes};
-  if (request.hasToken("If-None-Match", page->second.etag))
-    reply = {.status = 304, .type = {}, .fields = {}, .body = {}};
+  if (matchesTag(request, page->second.etag)) reply = {.status = 304, .type = {}, .fields = {}, .body = {}};
   reply.fields.emplace_back("ETag", page->second.etag);
   reply.fields.emplace_back("Cache-Control", "no-cache");
   return reply;
@@ -76,7 +75,7 @@ HttpReply tokenReply(const ServerState& state) {
 }
 
 HttpReply readyReply(const HttpRequest& request, const ServerState& state) {
-  const bool ready = state.device.has_value() && state.volumes.settled() && !state.draining;
+  const bool ready = state.device.has_value() && state.volumes.settled() && state.volumes.usable() && !state.draining;
   HttpReply reply = jsonReply(request, ready ? 200 : 503,
                               {{"ready", ready},
                                {"draining", state.draining},
@@ -122,7 +121,7 @@ std::string imageTag(const ServedVolume& volume, const ImageRequest& image, cons
 void requireReady(const ServedVolume& volume, const ServerState& state) {
   if (state.draining) refuse(503, "the server is ending");
   if (volume.state == VolumeState::loading || !state.device) refuse(503, "the volume is loading");
-  if (volume.state == VolumeState::failed) refuse(503, "the volume could not be loaded: " + volume.error);
+  if (volume.state == VolumeState::failed) refuse(503, "the volume failed: " + volume.error);
 }
 
 RouteResult routeImage(const HttpRequest& request, const ServerState& state, std::size_t index) {
@@ -134,7 +133,7 @@ RouteResult routeImage(const HttpRequest& request, const ServerState& state, std
   const std::string_view type = imageMimeType(image.format);
   if (!acceptsType(request, type)) refuse(406, fmt::format("this image is {}", type), "Accept");
   const std::string etag = imageTag(volume, image, state);
-  const bool known = request.hasToken("If-None-Match", etag) || request.value("If-None-Match") == "*";
+  const bool known = matchesTag(request, etag);
   if (request.method != "POST" && (known || request.method == "HEAD")) {
     HttpReply reply{.status = known ? 304 : 200, .type = known ? "" : std::string(type), .fields = {}, .body = {}};
     reply.omit_body = true;
@@ -162,11 +161,12 @@ RouteResult routeVolume(const HttpRequest& request, const ServerState& state, st
   if (part == "image") return routeImage(request, state, index);
   if (part == "stream") {
     if (auto reply = judgeMethod(request, "GET, OPTIONS")) return *reply;
-    if (auto reply = judgeUpgrade(request)) return *reply;
+    // Before the upgrade is judged: a page never sees why its WebSocket was refused, but can ask here with a plain GET.
     requireReady(volume, state);
     if (state.counters.open_sessions >= state.options.max_sessions) {
       refuse(429, fmt::format("{} streams are open, as many as may be", state.options.max_sessions));
     }
+    if (auto reply = judgeUpgrade(request, state.rules)) return *reply;
     return StreamJob{index};
   }
   refuse(404, "a volume has image and stream");
@@ -218,15 +218,19 @@ RouteResult routeRequest(const HttpRequest& request, const ServerState& state) {
   try {
     result = routePath(request, state);
   } catch (...) {
-    const Problem problem = problemOf(std::current_exception());
-    HttpReply reply = problemReply(problem);
-    if (problem.status == 503 || problem.status == 429) reply.fields.emplace_back("Retry-After", "1");
-    result = std::move(reply);
+    result = failureReply(std::current_exception());
   }
   if (auto* reply = std::get_if<HttpReply>(&result); reply != nullptr && request.method == "HEAD") {
     reply->omit_body = true;
   }
   return result;
+}
+
+HttpReply failureReply(std::exception_ptr error) {
+  const Problem problem = problemOf(std::move(error));
+  HttpReply reply = problemReply(problem);
+  if (problem.status == 503 || problem.status == 429) reply.fields.emplace_back("Retry-After", "1");
+  return reply;
 }
 
 Problem problemOf(std::exception_ptr error) {
@@ -237,7 +241,9 @@ Problem problemOf(std::exception_ptr error) {
   } catch (const ViewError& thrown) {
     return {.status = 400, .detail = thrown.what(), .field = thrown.field};
   } catch (const JsonError& thrown) {
-    return {.status = 400, .detail = thrown.what(), .field = "body"};
+    return {.status = 400, .detail = thrown.what(), .field = thrown.field.empty() ? "body" : thrown.field};
+  } catch (const VolumeError& thrown) {
+    return {.status = 503, .detail = fmt::format("the volume failed: {}", thrown.what()), .field = {}};
   } catch (const DeviceError& thrown) {
     spdlog::error("device: {}", thrown.what());
     return {.status = 503, .detail = fmt::format("the device refused: {}", thrown.what()), .field = {}};

@@ -29,5 +29,7 @@ RouteResult routeRequest(const HttpRequest& request, const ServerState& state);
 
 // The problem that stands for what was thrown while a request was served.
 Problem problemOf(std::exception_ptr error);
+// It as a reply, with Retry-After where another try may help.
+HttpReply failureReply(std::exception_ptr error);
 
 }  // namespace blockwalk

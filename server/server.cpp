@@ -4,7 +4,6 @@
 #include <spdlog/spdlog.h>
 
 #include <boost/asio/co_spawn.hpp>
-#include <boost/asio/detached.hpp>
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/tcp.hpp>
 #include <boost/asio/signal_set.hpp>
@@ -14,7 +13,9 @@
 
 #include "server/await_result.h"
 #include "server/connection.h"
+#include "server/routes.h"
 #include "server/server_context.h"
+#include "server/true_while.h"
 
 namespace blockwalk {
 namespace {
@@ -28,6 +29,7 @@ ServerState makeState(const ServerOptions& options, const ListenAddress& address
   const auto web_root = options.web_root.empty() ? defaultWebRoot() : options.web_root;
   ServerState state{.options = options,
                     .rules = {.loopback = address.loopback,
+                              .tls = !options.tls_cert.empty(),
                               .token = options.token_file.empty() ? "" : readToken(options.token_file),
                               .body_limit = static_cast<std::uint64_t>(options.body_limit)},
                     .volumes = Volumes(volumeFiles(options)),
@@ -93,15 +95,19 @@ struct Server::Parts {
         encoders(static_cast<std::size_t>(options.encode_threads)),
         renderer(std::move(factory), filesOf(state.volumes), events()) {
     context.on_not_busy = [this] { endIfDrained(); };
-    asio::co_spawn(io, accept(), asio::detached);
+    spawnAccept();
   }
 
   RenderEvents events();
   asio::awaitable<void> accept();
+  asio::awaitable<std::string> acceptOne();
+  void spawnAccept();
+  void keepAccepting() noexcept;
   void startDrain();
   void endIfDrained();
   void awaitSignal();
 
+  bool accepting = false;  // accept() runs
   ListenAddress address;
   ServerState state;
   FrameMaker frames;
@@ -153,30 +159,55 @@ RenderEvents Server::Parts::events() {
               }};
 }
 
+// One failure, out of memory say, must not make the server deaf: it is told, and accepting goes on.
 asio::awaitable<void> Server::Parts::accept() {
+  const TrueWhile running(accepting);
   Signal pause(io.get_executor());
   while (!state.draining) {
-    if (state.counters.open_connections >= state.options.max_connections) {
-      co_await pause.wait(std::chrono::steady_clock::now() + kAcceptPause);
-      continue;
+    std::string failure;
+    try {
+      failure = co_await acceptOne();
+    } catch (const std::exception& error) {
+      failure = error.what();
     }
-    error_code error;
-    tcp::socket socket = co_await acceptor.async_accept(asio::redirect_error(asio::use_awaitable, error));
-    if (error == asio::error::operation_aborted || error == asio::error::bad_descriptor) break;
-    if (error) {
-      // Out of descriptors, most likely: those that are open will close.
-      spdlog::warn("accept: {}", error.message());
-      co_await pause.wait(std::chrono::steady_clock::now() + kAcceptPause);
-      continue;
-    }
-    asio::co_spawn(io, serveConnection(std::move(socket), context), [](std::exception_ptr thrown) {
-      if (!thrown) return;
-      try {
-        std::rethrow_exception(thrown);
-      } catch (const std::exception& failure) {
-        spdlog::error("connection ended: {}", failure.what());
-      }
+    if (state.draining) break;
+    if (!failure.empty()) spdlog::warn("accept: {}", failure);
+    const bool full = state.counters.open_connections >= state.options.max_connections;
+    if (full || !failure.empty()) co_await pause.wait(std::chrono::steady_clock::now() + kAcceptPause);
+  }
+}
+
+// What went wrong; empty when nothing did. Out of descriptors, most likely: those that are open will close.
+asio::awaitable<std::string> Server::Parts::acceptOne() {
+  if (state.counters.open_connections >= state.options.max_connections) co_return std::string();
+  error_code error;
+  tcp::socket socket = co_await acceptor.async_accept(asio::redirect_error(asio::use_awaitable, error));
+  if (error) co_return error.message();
+  asio::co_spawn(io, serveConnection(std::move(socket), context), [](std::exception_ptr thrown) {
+    if (thrown) spdlog::error("connection ended: {}", problemOf(thrown).detail);
+  });
+  co_return std::string();
+}
+
+void Server::Parts::spawnAccept() {
+  asio::co_spawn(io, accept(), [this](std::exception_ptr thrown) {
+    if (!thrown) return;
+    spdlog::error("accepting ended: {}", problemOf(thrown).detail);
+    keepAccepting();
+  });
+}
+
+// Where a completion fails the coroutine that it would resume is destroyed. That of accept() is replaced, else the
+// server would be deaf; if that fails too it is better to end. Posted, as Asio posts the destruction.
+void Server::Parts::keepAccepting() noexcept {
+  try {
+    asio::post(io, [this] {
+      if (!accepting && !state.draining) spawnAccept();
     });
+  } catch (const std::exception& error) {
+    spdlog::critical("no more connections can be accepted: {}", error.what());
+    status = 1;
+    io.stop();
   }
 }
 
@@ -233,6 +264,8 @@ void Server::drainOnSignals() {
   parts_->awaitSignal();
 }
 
+void Server::waitForDevice() const { parts_->renderer.waitForDevice(); }
+
 int Server::run() {
   while (true) {
     try {
@@ -242,6 +275,7 @@ int Server::run() {
       // Out of memory in a completion, say: that one is lost, the rest goes on.
       spdlog::error("socket thread: {}", error.what());
     }
+    parts_->keepAccepting();
   }
 }
 

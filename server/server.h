@@ -24,7 +24,12 @@ class Server {
   // SIGTERM and SIGINT drain; a second one ends the process at once.
   void drainOnSignals();
 
-  // Serves until drained, on the calling thread. The process's exit status: 0, or 1 when there is no device.
+  // Waits until a device is chosen and opened, so that nobody is told of a server that cannot draw. Throws
+  // DeviceError.
+  void waitForDevice() const;
+
+  // Serves until drained, on the calling thread. The process's exit status: 0, or 1 when there is no device or
+  // connections can no longer be accepted.
   int run();
 
   // Any thread. Not ready from now on, no new connections; frames under way are sent, streams close with 1001, and

@@ -14,7 +14,9 @@
 #include "protocol/stream_messages.h"
 #include "server/await_result.h"
 #include "server/routes.h"
+#include "server/stream_outbox.h"
 #include "server/stream_pace.h"
+#include "server/true_while.h"
 
 namespace blockwalk {
 namespace {
@@ -22,14 +24,9 @@ namespace {
 namespace beast = boost::beast;
 namespace websocket = beast::websocket;
 using boost::system::error_code;
-using WebSocket = websocket::stream<WireStream>;
 
-constexpr std::size_t kMaxWaitingTexts = 16;
 constexpr int kMaxBadMessages = 256;  // in a row
 constexpr std::chrono::milliseconds kRoomTime{20};
-constexpr std::size_t kFragmentBytes = std::size_t{256} << 10;
-
-auto keepError(error_code& error) { return asio::redirect_error(asio::use_awaitable, error); }
 
 class StreamSession final : public OpenStream, public std::enable_shared_from_this<StreamSession> {
  public:
@@ -43,20 +40,19 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   asio::awaitable<void> write();
   void sayHello();
   void goAway() override { close(websocket::close_code::going_away); }
+  void vanish();
 
  private:
   void close(websocket::close_code code);
-  void vanish();
   void take(std::string_view text);
   void apply(const ViewMessage& message);
   void apply(const AckMessage& message);
   void apply(const LimitsMessage& message);
   void apply(const PingMessage& message) { push(pongMessage(message.time)); }
-  void push(std::string text);
+  void push(std::string text) { outbox_.push(std::move(text)); }
   asio::awaitable<void> throttle();
   asio::awaitable<void> paintOne(PaceStep step);
   FrameOrder orderOf(const PaceStep& step) const;
-  asio::awaitable<bool> send(asio::const_buffer bytes, bool text);
 
   const std::unique_ptr<SessionPlace> place_;
   WebSocket socket_;
@@ -77,17 +73,12 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   Clock::time_point paint_begin_{};
   std::shared_ptr<std::atomic<bool>> cancel_;
 
-  // What waits to be written: short texts, and one frame.
-  std::deque<std::string> texts_;
-  std::optional<std::vector<std::byte>> frame_;
-  std::shared_ptr<void> frame_room_;
-  std::optional<websocket::close_code> closing_;
+  bool closing_ = false;
   bool vanished_ = false;
 
   Signal paint_signal_;
-  Signal write_signal_;
   Signal room_signal_;
-  asio::steady_timer send_timer_;
+  StreamOutbox outbox_;
 };
 
 StreamSession::StreamSession(WebSocket socket, ServerContext& context, std::size_t volume,
@@ -102,9 +93,11 @@ StreamSession::StreamSession(WebSocket socket, ServerContext& context, std::size
              .fps = PaceLimits{}.fps,
              .max_bytes_per_second = {}}),
       paint_signal_(socket_.get_executor()),
-      write_signal_(socket_.get_executor()),
       room_signal_(socket_.get_executor()),
-      send_timer_(socket_.get_executor()) {
+      outbox_(socket_, context, [this] {
+        room_signal_.notify();
+        paint_signal_.notify();
+      }) {
   context_.streams.insert(this);
   ++context_.state.counters.sessions;
 }
@@ -116,23 +109,18 @@ StreamSession::~StreamSession() {
 
 void StreamSession::close(websocket::close_code code) {
   if (closing_) return;
-  closing_ = code;
+  closing_ = true;
+  outbox_.close(code);
   paint_signal_.notify();
-  write_signal_.notify();
   room_signal_.notify();
 }
 
-// The client is gone: nothing more is drawn or written for it.
+// The client is gone, or cannot be served: nothing more is drawn or written for it.
 void StreamSession::vanish() {
   vanished_ = true;
   close(websocket::close_code::normal);
   if (cancel_) cancel_->store(true);
-  texts_.clear();
-  frame_.reset();
-  frame_room_.reset();
-  send_timer_.cancel();
-  beast::get_lowest_layer(socket_).close();
-  write_signal_.notify();
+  outbox_.abandon();
 }
 
 void StreamSession::sayHello() {
@@ -178,7 +166,7 @@ asio::awaitable<void> StreamSession::throttle() {
   if (++messages_in_second_ >= context_.state.options.message_rate) {
     while (!closing_ && Clock::now() < second_end) co_await room_signal_.wait(second_end);
   }
-  while (texts_.size() >= kMaxWaitingTexts && !closing_) co_await room_signal_.wait();
+  while (outbox_.isCrowded() && !closing_) co_await room_signal_.wait();
 }
 
 void StreamSession::take(std::string_view text) {
@@ -223,26 +211,19 @@ void StreamSession::apply(const LimitsMessage& message) {
   paint_signal_.notify();
 }
 
-void StreamSession::push(std::string text) {
-  texts_.push_back(std::move(text));
-  write_signal_.notify();
-}
-
 asio::awaitable<void> StreamSession::paint() {
   while (!closing_) {
     const auto now = Clock::now();
     const PaceStep step = pace_.next(now);
     if (step.kind == PaceStep::Kind::wait) {
       co_await paint_signal_.wait(step.when);
-    } else if (frame_) {
+    } else if (outbox_.hasFrame()) {
       co_await paint_signal_.wait();
     } else if (!context_.frames.hasRoom(request_.view)) {
       co_await paint_signal_.wait(now + kRoomTime);
     } else {
-      painting_ = true;
       co_await paintOne(step);
-      painting_ = false;
-      write_signal_.notify();
+      outbox_.wake();
     }
   }
 }
@@ -267,6 +248,7 @@ FrameOrder StreamSession::orderOf(const PaceStep& step) const {
 }
 
 asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
+  const TrueWhile painting(painting_);
   step_ = step;
   paint_begin_ = Clock::now();
   cancel_ = std::make_shared<std::atomic<bool>>(false);
@@ -305,68 +287,27 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
                            .gpu_ms = made.stats.gpu_ms,
                            .encode_ms = made.encode_ms,
                            .dropped = pace_.droppedViews()};
-  frame_ = frameMessage(header, made.bytes);
-  frame_room_ = std::move(made.room);
-  if (final) push(statsMessage(step.id, last_seq_, made.stats));
-}
-
-// In fragments, so that a slow client has the send time for each and not for the whole.
-asio::awaitable<bool> StreamSession::send(asio::const_buffer bytes, bool text) {
-  socket_.text(text);
-  context_.state.counters.sent_bytes += bytes.size();
-  error_code error;
-  do {
-    const asio::const_buffer fragment = asio::buffer(bytes, kFragmentBytes);
-    bytes += fragment.size();
-    send_timer_.expires_after(std::chrono::seconds(context_.state.options.send_time));
-    send_timer_.async_wait([weak = weak_from_this()](error_code cancelled) {
-      const auto self = weak.lock();
-      if (cancelled || !self) return;
-      spdlog::info("stream closed: the client took nothing for the send time");
-      beast::get_lowest_layer(self->socket_).close();
-    });
-    co_await socket_.async_write_some(bytes.size() == 0, fragment, keepError(error));
-    send_timer_.cancel();
-  } while (!error && bytes.size() > 0);
-  co_return !error;
+  outbox_.put({.message = frameMessage(header, made.bytes),
+               .text_after = final ? statsMessage(step.id, last_seq_, made.stats) : std::string(),
+               .room = std::move(made.room)});
 }
 
 asio::awaitable<void> StreamSession::write() {
-  bool sent = true;
-  while (sent && !vanished_) {
-    if (!texts_.empty()) {
-      const std::string text = std::move(texts_.front());
-      texts_.pop_front();
-      room_signal_.notify();
-      sent = co_await send(asio::buffer(text), true);
-    } else if (frame_) {
-      const std::vector<std::byte> frame = std::move(*frame_);
-      const std::shared_ptr<void> room = std::move(frame_room_);
-      frame_.reset();
-      paint_signal_.notify();
-      sent = co_await send(asio::buffer(frame), false);
-    } else if (closing_ && !painting_) {
-      break;
-    } else {
-      co_await write_signal_.wait();
-    }
-  }
-  if (vanished_) co_return;
-  error_code error;
-  if (sent) co_await socket_.async_close(websocket::close_reason(*closing_), keepError(error));
-  if (!sent || error) beast::get_lowest_layer(socket_).close();
+  co_await outbox_.write(shared_from_this(), [this] { return painting_; });
 }
 
-// A loop that throws takes its session with it, and nothing else.
+// A loop that throws takes its session with it, and nothing else: the other loops must not wait for it.
+void endLoop(StreamSession& session, std::exception_ptr thrown) {
+  if (!thrown) return;
+  spdlog::error("stream ended: {}", problemOf(std::move(thrown)).detail);
+  session.vanish();
+}
+
 void spawnLoop(const std::shared_ptr<StreamSession>& session, asio::awaitable<void> (StreamSession::*loop)(),
                const asio::any_io_executor& executor) {
   asio::co_spawn(
       executor, [session, loop]() -> asio::awaitable<void> { co_await ((*session).*loop)(); },
-      [session](std::exception_ptr thrown) {
-        if (!thrown) return;
-        spdlog::error("stream ended: {}", problemOf(thrown).detail);
-        session->goAway();
-      });
+      [session](std::exception_ptr thrown) { endLoop(*session, std::move(thrown)); });
 }
 
 }  // namespace
@@ -391,11 +332,17 @@ asio::awaitable<void> serveStream(WireStream stream, beast::http::request<beast:
   if (error) co_return;
   beast::get_lowest_layer(socket).socket().set_option(asio::ip::tcp::no_delay(true), error);
   const auto session = std::make_shared<StreamSession>(std::move(socket), context, volume, std::move(place));
-  session->sayHello();
-  if (context.state.draining) session->goAway();
-  spawnLoop(session, &StreamSession::paint, executor);
-  spawnLoop(session, &StreamSession::write, executor);
-  co_await session->read();
+  std::exception_ptr thrown;
+  try {
+    session->sayHello();
+    if (context.state.draining) session->goAway();
+    spawnLoop(session, &StreamSession::paint, executor);
+    spawnLoop(session, &StreamSession::write, executor);
+    co_await session->read();
+  } catch (...) {
+    thrown = std::current_exception();
+  }
+  endLoop(*session, thrown);
 }
 
 }  // namespace blockwalk

@@ -75,12 +75,6 @@ void Volumes::setLoaded(std::size_t index, LoadedVolume loaded) {
 
 void Volumes::setFailed(std::size_t index, std::string error) {
   ServedVolume& volume = volumes_[index];
-  // Clients learn the file's name, not where it lies.
-  const std::string path = volume.file.string();
-  for (std::size_t at = error.find(path); at != std::string::npos; at = error.find(path, at)) {
-    error.replace(at, path.size(), volume.file.filename().string());
-    at += volume.file.filename().string().size();
-  }
   volume.state = VolumeState::failed;
   volume.error = std::move(error);
 }
@@ -88,6 +82,11 @@ void Volumes::setFailed(std::size_t index, std::string error) {
 bool Volumes::settled() const {
   return std::none_of(volumes_.begin(), volumes_.end(),
                       [](const auto& volume) { return volume.state == VolumeState::loading; });
+}
+
+bool Volumes::usable() const {
+  return volumes_.empty() || std::any_of(volumes_.begin(), volumes_.end(),
+                                         [](const auto& volume) { return volume.state == VolumeState::ready; });
 }
 
 nlohmann::json Volumes::listJson() const {

@@ -12,7 +12,7 @@
 
 namespace blockwalk {
 
-// loading -> ready, or loading -> failed; never back.
+// loading -> ready, or loading -> failed, or later ready -> failed when the file breaks; never back.
 enum class VolumeState { loading, ready, failed };
 
 struct ServedVolume {
@@ -36,8 +36,9 @@ class Volumes {
   std::size_t find(std::string_view id) const;
 
   void setLoaded(std::size_t index, LoadedVolume loaded);
-  void setFailed(std::size_t index, std::string error);
-  bool settled() const;  // none is loading
+  void setFailed(std::size_t index, std::string error);  // `error` is shown to clients
+  bool settled() const;                                  // none is loading
+  bool usable() const;                                   // one is ready, or none was named
 
   nlohmann::json listJson() const;    // {"volumes": [...]}
   nlohmann::json statesJson() const;  // {id: state}

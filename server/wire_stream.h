@@ -16,6 +16,11 @@
 
 namespace blockwalk {
 
+// Makes an operation a coroutine's that reports its error in `error` instead of throwing it.
+inline auto keepError(boost::system::error_code& error) {
+  return boost::asio::redirect_error(boost::asio::use_awaitable, error);
+}
+
 // An AsyncStream of Boost.Beast, movable. Timeouts are tcp_stream's and cover TLS too.
 class WireStream {
  public:
@@ -39,8 +44,7 @@ class WireStream {
   boost::asio::awaitable<boost::system::error_code> handshake() {
     boost::system::error_code error;
     if (tls_) {
-      co_await tls_->async_handshake(boost::asio::ssl::stream_base::server,
-                                     boost::asio::redirect_error(boost::asio::use_awaitable, error));
+      co_await tls_->async_handshake(boost::asio::ssl::stream_base::server, keepError(error));
     }
     co_return error;
   }
@@ -48,7 +52,7 @@ class WireStream {
   // Says goodbye in TLS, so that the client knows that nothing was cut off; then no more is sent.
   boost::asio::awaitable<void> endSending() {
     boost::system::error_code ignored;  // the client may be gone already
-    if (tls_) co_await tls_->async_shutdown(boost::asio::redirect_error(boost::asio::use_awaitable, ignored));
+    if (tls_) co_await tls_->async_shutdown(keepError(ignored));
     tcp_->socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
   }
 

@@ -127,6 +127,7 @@ TEST_F(Daemon, AnUnknownDeviceExitsWith1) {
   Process daemon({"--listen", "127.0.0.1:0", "--device", "no such device"});
   EXPECT_EQ(daemon.wait(), 1);
   EXPECT_THAT(daemon.seen(), testing::HasSubstr("no such device"));
+  EXPECT_THAT(daemon.seen(), testing::Not(testing::HasSubstr("listening")));
 }
 
 TEST_F(Daemon, RendersWithTheRealRendererAndDrainsOnSigterm) {

@@ -17,6 +17,7 @@ struct FakeControl {
   std::atomic<int> band_ms = 0;      // at the frame's full size; fewer pixels take less
   std::atomic<int> full_pixels = 0;  // of the size that band_ms is for; 0: every size takes it
   std::atomic<bool> hold_load = false;
+  std::atomic<bool> read_voxels = false;  // render() reads level 0 from the file
   std::atomic<bool> fail_device = false;  // render() throws DeviceError
   std::atomic<bool> fail_memory = false;  // render() throws bad_alloc
   std::atomic<int> started = 0;
@@ -29,6 +30,10 @@ class FakeVolume final : public ResidentVolume {
   explicit FakeVolume(VolumeFile file) : file_(std::move(file)) {}
   const VolumeInfo& info() const override { return file_.info(); }
   std::uint64_t deviceBytes() const override { return 1; }
+  void readVoxels() const {
+    std::vector<std::byte> voxels(static_cast<std::size_t>(info().levels[0].voxel_bytes));
+    file_.readVoxels(0, 0, info().levels[0].subblock_count, voxels);
+  }
 
  private:
   VolumeFile file_;
@@ -52,6 +57,7 @@ class FakeRenderer final : public Renderer {
     ++control_->started;
     if (control_->fail_device) throw DeviceError("the fake device was told to refuse");
     if (control_->fail_memory) throw std::bad_alloc();
+    if (control_->read_voxels) dynamic_cast<const FakeVolume&>(volume).readVoxels();
     const View resolved = resolveView(view, volume.info());
     Frame frame{.width = view.width, .height = view.height, .pixels = {}, .probes = {}, .stats = {}};
     const double share = control_->full_pixels == 0 ? 1 : double{1} * view.width * view.height / control_->full_pixels;

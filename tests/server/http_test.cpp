@@ -62,6 +62,22 @@ TEST(Http, AnImageThatIsKnownIsNotRenderedAgain) {
   EXPECT_EQ(get(server.port(), target + "&fov=41", "If-None-Match: " + tag + "\r\n").status, 200);
 }
 
+TEST(Http, TagsCompareWeaklyAndAreFoundInLists) {
+  RunningServer server;
+  const std::string target = std::string(kImage) + "?size=8x8";
+  const std::string tag = get(server.port(), target).fields.at("etag");
+  const auto status = [&](const std::string& fields) { return get(server.port(), target, fields).status; };
+  EXPECT_EQ(status("If-None-Match: W/" + tag + "\r\n"), 304);
+  EXPECT_EQ(status("If-None-Match: *\r\n"), 304);
+  EXPECT_EQ(status("If-None-Match: \"a,b\" ,W/\"c\", W/" + tag + ", \"d\"\r\n"), 304);
+  EXPECT_EQ(status("If-None-Match: \"a\"\r\nIf-None-Match: " + tag + "\r\n"), 304);
+  const std::string bare = tag.substr(1, tag.size() - 2);
+  EXPECT_EQ(status("If-None-Match: " + bare + "\r\n"), 200) << "a tag has quotes";
+  EXPECT_EQ(status("If-None-Match: \"x, " + bare + ", y\"\r\n"), 200) << "inside another tag";
+  EXPECT_EQ(status("If-None-Match: w/" + tag + "\r\n"), 200);
+  EXPECT_EQ(status("If-None-Match: \"\r\n"), 200);
+}
+
 TEST(Http, HeadAndOptions) {
   RunningServer server;
   WireClient client(server.port());

@@ -2,6 +2,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <span>
+
+#include "protocol/stream_messages.h"
 #include "running_server.h"
 
 namespace blockwalk {
@@ -37,6 +40,39 @@ TEST(Stream, SaysHelloThenShowsTheViewAndRefinesIt) {
   EXPECT_EQ(final["scale"], 1);
   client.sendText(R"({"type":"ping","t":12.5})");
   EXPECT_EQ(client.readText("pong")["t"], 12.5);
+}
+
+TEST(Stream, StatsFollowTheirFinalFrame) {
+  RunningServer server;
+  StreamClient client(server.port(), "rock");
+  std::int64_t newest = 0;  // frame
+  for (int id = 1; id <= 3; ++id) {
+    client.sendText(view(id, R"("fov":)" + std::to_string(30 + id) + R"(,"size":[64,48])"));
+    std::int64_t stats = 0;
+    while (stats == 0) {
+      const auto message = client.read();
+      ASSERT_TRUE(message.has_value());
+      if (message->opcode == 2) {
+        newest = parseFrameMessage(std::as_bytes(std::span(message->payload))).header.seq;
+        client.sendText(fmt::format(R"({{"type":"ack","id":{}}})", id));
+      } else if (const json text = json::parse(message->payload); text["type"] == "stats") {
+        stats = text["seq"];
+        EXPECT_EQ(text["id"], id);
+      }
+    }
+    EXPECT_EQ(stats, newest) << "the frame that the stats are of came before them";
+  }
+}
+
+TEST(Stream, ThePlainPathSaysWhyNoStreamOpens) {
+  RunningServer server({.max_sessions = 1});
+  const std::string path = "/api/v1/volumes/rock/stream";
+  EXPECT_EQ(get(server.port(), path).status, 426);
+  StreamClient first(server.port(), "rock");
+  first.readText("hello");
+  const auto full = get(server.port(), path);
+  EXPECT_EQ(full.status, 429);
+  EXPECT_EQ(full.fields.at("retry-after"), "1");
 }
 
 TEST(Stream, APatchKeepsTheOtherMembers) {
@@ -122,7 +158,7 @@ TEST(Stream, ErrorsNameTheFieldAndTheViewStands) {
       {R"({"type":"view","id":6,"nonsense":1})", "nonsense", 6},
       {R"({"type":"view","id":6,"size":[0,1]})", "size", 6},
       {R"({"type":"view","id":6,"eye":[1,1,1],"target":[1,1,1]})", "target", 6},
-      {R"({"type":"view","id":6,"fov":30,"fov":30})", "", -1},
+      {R"({"type":"view","id":6,"fov":30,"fov":30})", "fov", -1},
       {R"({"type":"view","id":6,"level":17})", "level", 6},
       {R"({"type":"ack","id":99})", "id", 99},
       {R"({"type":"limits","fps":0})", "fps", -1},

@@ -131,6 +131,24 @@ TEST_F(Tls, StreamsFrames) {
   socket.close(beast::websocket::close_code::normal, ignored);
 }
 
+TEST_F(Tls, TakesStreamsOfItsOwnPagesOnly) {
+  waitReady();
+  const std::string host = "127.0.0.1:" + std::to_string(server_.port());
+  const auto upgrade = [&](const std::string& origin) {
+    beast::websocket::stream<TlsStream> socket(connect());
+    socket.set_option(beast::websocket::stream_base::decorator([&](beast::websocket::request_type& request) {
+      request.set("Sec-WebSocket-Protocol", "blockwalk.v1");
+      request.set(http::field::origin, origin);
+    }));
+    beast::websocket::response_type response;
+    beast::error_code error;  // the response says more
+    socket.handshake(response, host, "/api/v1/volumes/rock/stream", error);
+    return response.result_int();
+  };
+  EXPECT_EQ(upgrade("https://" + host), 101u);
+  EXPECT_EQ(upgrade("http://" + host), 403u);
+}
+
 TEST_F(Tls, AnswersNothingInTheClear) {
   waitReady();
   tcp::socket socket = connectTo(io_, server_.port());
