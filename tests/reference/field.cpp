@@ -7,8 +7,15 @@
 namespace blockwalk::reference {
 namespace {
 
-// Exact where both are equal.
-glm::dvec4 lerp(const glm::dvec4& a, const glm::dvec4& b, double w) { return a + w * (b - a); }
+// Exact where both are equal, and relatively so where one is 0: a colour is a ratio of two interpolations, however
+// small.
+glm::dvec4 lerp(const glm::dvec4& a, const glm::dvec4& b, double w) {
+  glm::dvec4 result(a);
+  for (int c = 0; c < 4; ++c) {
+    if (a[c] != b[c]) result[c] = (1 - w) * a[c] + w * b[c];
+  }
+  return result;
+}
 
 using Polynomial = std::array<glm::dvec4, 4>;
 

@@ -4,11 +4,13 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
 
 #include "tests/reference/cut_ray.h"
+#include "tests/reference/dense_source.h"
 #include "tests/reference/field.h"
 #include "tests/reference/reference.h"
 
@@ -78,6 +80,26 @@ TEST(Analytic, GradientsAreTheDerivativesOfTheirFields) {
         EXPECT_NEAR(field.gradient(p)[a], (field.value(p + step) - field.value(p - step)) / 2e-6, 1e-5);
       }
     }
+  }
+}
+
+TEST(Analytic, SourceYieldsTheVolume) {
+  DenseVolume scalars = sampled(shellsField({3, 4, 5}, 3, 900), VoxelType::u16, {6, 7, 8});
+  DenseVolume bytes = sampled(checkerboardField(), VoxelType::u8, {6, 7, 8});
+  DenseVolume floats = sampled(marschnerLobbField(8), VoxelType::f32, {6, 7, 8});
+  DenseVolume colors = oneVoxel(VoxelType::rgba8, {6, 7, 8}, {2, 3, 4}, {1, 20, 200, 99});
+  std::ranges::replace_if(
+      colors.density, [](float density) { return !std::isfinite(density); }, 0.0f);
+  for (DenseVolume* volume : {&scalars, &bytes, &floats, &colors}) {
+    volume->value_scale = 0.5;
+    volume->world_from_index[3] = {1, 2, 3, 1};
+    const std::unique_ptr<Source> source = makeDenseSource(*volume);
+    const DenseVolume read = volumeFromSource(*source, volume->empty_threshold, volume->block_voxels);
+    EXPECT_EQ(read.density, volume->density);
+    EXPECT_EQ(read.color, volume->color);
+    EXPECT_EQ(read.world_from_index, volume->world_from_index);
+    EXPECT_EQ(read.value_scale, 0.5);
+    EXPECT_EQ(read.blocks, volume->blocks);
   }
 }
 
