@@ -13,7 +13,7 @@ namespace {
 
 using Text = std::string_view;
 
-constexpr double kMinFov = 0.001;
+constexpr double kMinFov = 1e-9;
 
 // A choice that INTERFACE knows and this version lacks gets the same message as one nobody knows: what is supported.
 [[noreturn]] void failSupport(Text field, Text supported, Text text) {
@@ -113,7 +113,7 @@ constexpr std::array kFields = {
               [](ImageRequest& request, Text text) {
                 setOptional(request.view.up, text, "auto", [](Text t) { return parseVector("up", t); });
               }},
-    ViewField{"fov", "DEGREES", "vertical field of view, 0.001 to less than 180 (40)", parseFov},
+    ViewField{"fov", "DEGREES", "vertical field of view, 1e-9 to less than 180 (40)", parseFov},
     ViewField{"ortho", "HEIGHT", "orthographic view of this world height, instead of fov", parseOrtho},
     ViewField{"range", "lo:hi", "density range, inclusive, data units (auto: the volume's non-empty range)",
               [](ImageRequest& request, Text text) {

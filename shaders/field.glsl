@@ -14,10 +14,13 @@ int cellAt(vec3 place, out vec3 weight) {
   return int(dot(cell, voxelStrides())) + kApronOffset;
 }
 
+// Not mix(): between equal values this gives just that value, so that a plateau has one density and no gradient.
+vec4 between(vec4 a, vec4 b, float weight) { return a + (b - a) * weight; }
+
 float lerpCorners(float v[8], vec3 weight) {
-  vec4 along_x = mix(vec4(v[0], v[2], v[4], v[6]), vec4(v[1], v[3], v[5], v[7]), weight.x);
-  vec2 along_y = mix(along_x.xz, along_x.yw, weight.y);
-  return mix(along_y.x, along_y.y, weight.z);
+  vec4 along_x = between(vec4(v[0], v[2], v[4], v[6]), vec4(v[1], v[3], v[5], v[7]), weight.x);
+  vec2 along_y = along_x.xz + (along_x.yw - along_x.xz) * weight.y;
+  return along_y.x + (along_y.y - along_y.x) * weight.z;
 }
 
 // Corner i of a cell: bit 0 is one step along x, bit 1 along y, bit 2 along z.
@@ -44,9 +47,9 @@ FieldValue fieldAt(uint64_t voxels, vec3 place) {
     float density = loadDensity(voxels, cell + cornerOffset(i), bits);
     v[i] = vec4(colorOf(bits) * density, density);
   }
-  vec4 low = mix(mix(v[0], v[1], weight.x), mix(v[2], v[3], weight.x), weight.y);
-  vec4 high = mix(mix(v[4], v[5], weight.x), mix(v[6], v[7], weight.x), weight.y);
-  vec4 value = mix(low, high, weight.z);
+  vec4 low = between(between(v[0], v[1], weight.x), between(v[2], v[3], weight.x), weight.y);
+  vec4 high = between(between(v[4], v[5], weight.x), between(v[6], v[7], weight.x), weight.y);
+  vec4 value = between(low, high, weight.z);
   return FieldValue(value.a, value.rgb);
 }
 

@@ -77,11 +77,18 @@ vec3 litColor(vec3 color, uint64_t voxels, vec3 place, Ray ray) {
   return kLit ? lightColor(color, gradientAt(voxels, place), ray.dir) : color;
 }
 
+Spot spotOr(uint block, vec3 place, Spot other) {
+  Spot spot = spotNear(block, place);
+  return spot.voxels == uint64_t(0) ? other : spot;
+}
+
 void hitBefore(Ray ray, uint block, Spot sampled, float k, float t, inout Ink ink) {
   float t_hit = crossingBefore(ray, block, k, t);
-  Spot spot = spotNear(block, placeAt(ray, t_hit));
-  if (spot.voxels == uint64_t(0)) spot = sampled;
-  Sample s = fieldSample(fieldAt(spot.voxels, spot.place));
+  Spot spot = spotOr(block, placeAt(ray, t_hit), sampled);
+  // Where density begins, colour is 0 / 0 but for rounding: it is read a little behind.
+  Spot colored = spot;
+  if (kVoxelType == kVoxelRgba8) colored = spotOr(block, placeAt(ray, min(t_hit + 1e-3 * ray.dt, t)), sampled);
+  Sample s = fieldSample(fieldAt(colored.voxels, colored.place));
   hit(litColor(s.color, spot.voxels, spot.place, ray), placeAt(ray, t_hit), t_hit, ink);
 }
 

@@ -82,7 +82,9 @@ TransferPiece transferPieceAt(const std::vector<TransferPoint>& transfer, double
 Classifier::Classifier(const DenseVolume& volume_, const View& view_) : volume(volume_), view(view_) {
   range = view.range.value();
   if (view.mode == Mode::iso) range = {.lo = view.iso.value_or((range.lo + range.hi) / 2), .hi = kInfinity};
-  if (volume.level0_extent && range.lo <= volume.level0_extent->min) range.lo = -kInfinity;
+  // An iso value is meant as it stands.
+  const bool opens_below = view.mode != Mode::iso && volume.level0_extent && range.lo <= volume.level0_extent->min;
+  if (opens_below) range.lo = -kInfinity;
   if (volume.level0_extent && range.hi >= volume.level0_extent->max) range.hi = kInfinity;
   needs_opacity = volume.type != VoxelType::rgba8 && (view.mode == Mode::blend || view.mode == Mode::first_hit);
 }
