@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
 
 #include "tests/reference/analytic.h"
 #include "tests/reference/converged.h"
@@ -168,6 +169,29 @@ TEST(AnalyticBlend, PreIntegrationSeesWhatIsBetweenTheSamples) {
       EXPECT_NEAR(lattice(volume, view).r, red / (red + blue), kTolerance) << "all in [3, 4]";
     }
     EXPECT_NEAR(lattice(volume, view).r + lattice(volume, view).b, 1, kTolerance);
+  }
+}
+
+// Red to blue over one interval: blue is the mean of u sigma over the mean of sigma, here by Simpson's rule.
+TEST(AnalyticBlend, PreIntegratedColourIsWeightedByExtinction) {
+  const DenseVolume volume = ramp8();
+  for (const auto& [opacity0, opacity1] : {std::pair(0.2, 0.3), std::pair(0.2, 0.9), std::pair(0.95, 0.1)}) {
+    View view = linearView({3.1, 4.2, 30}, {3.1, 4.2, 0});
+    view.transfer = transferRamp(4, opacity0, 6, opacity1);
+    view.clip = ClipBox{.min = {-100, -100, 4}, .max = {100, 100, 6}};
+    view.classification = Classification::pre_integrated;
+    view.step = 20;
+    constexpr int kParts = 4000;
+    double mean = 0, first = 0;
+    for (int i = 0; i <= kParts; ++i) {
+      const double weight = i == 0 || i == kParts ? 1 : i % 2 == 1 ? 4 : 2;
+      const double u = static_cast<double>(i) / kParts;
+      const double sigma = weight * depthOf(opacity0 + u * (opacity1 - opacity0));
+      mean += sigma;
+      first += u * sigma;
+    }
+    EXPECT_NEAR(lattice(volume, view).b, first / mean, 1e-11) << opacity1;
+    EXPECT_NEAR(lattice(volume, view).r, 1 - first / mean, 1e-11) << opacity1;
   }
 }
 

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// The reference's modes, its light and its margins against closed forms.
+// The reference's modes and its margins against closed forms.
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <numbers>
 #include <random>
 
 #include "tests/reference/analytic.h"
@@ -242,35 +241,6 @@ TEST(AnalyticFirstHit, NeedsOpacity) {
   EXPECT_NEAR(pixelOf(ramp8(), view).t, 25, 1e-9);
   view.transfer[0].opacity = 0;
   EXPECT_EQ(pixelOf(ramp8(), view).voxel.x, -1);
-}
-
-TEST(AnalyticLight, ShadesARampByItsNormal) {
-  const DenseVolume volume = ramp8();
-  for (Filter filter : {Filter::linear, Filter::nearest}) {
-    for (Mode mode : {Mode::first_hit, Mode::iso, Mode::blend}) {
-      View view = linearView({4, 4, 30}, {4, 4, 0}, mode);
-      view.filter = filter;
-      view.transfer = {{.value = 0, .color = {0.5, 0.1, 0.9}, .opacity = 0.9999}};
-      view.range = DensityRange{.lo = 3.2, .hi = 100};
-      view.iso = 3.2;
-      view.clip = ClipBox{.min = {-100, -100, 2}, .max = {100, 100, 5}};
-      view.lit = true;
-      view.up = glm::dvec3(0, 1, 0);
-      const double factor = 0.3 + 0.4 + 0.3 / std::numbers::sqrt3;
-      const glm::dvec3 expected = glm::min(factor * glm::dvec3(0.5, 0.1, 0.9) + 0.2, glm::dvec3(1));
-      EXPECT_LT(distance(colorOf(volume, view), expected), 1e-9) << static_cast<int>(mode);
-    }
-  }
-  // mip and mean are not lit; a constant has no normal.
-  View view = linearView({4, 4, 30}, {4, 4, 0}, Mode::mip);
-  view.transfer = {{.value = 0, .color = {0.5, 0.1, 0.9}, .opacity = 1}};
-  view.lit = true;
-  EXPECT_LT(distance(colorOf(volume, view), {0.5, 0.1, 0.9}), kTolerance);
-  view.mode = Mode::mean;
-  EXPECT_LT(distance(colorOf(volume, view), {0.5, 0.1, 0.9}), kTolerance);
-  view.mode = Mode::first_hit;
-  const DenseVolume flat = sampled(constantField(77), VoxelType::u8, glm::ivec3(8));
-  EXPECT_LT(distance(colorOf(flat, view), {0.5, 0.1, 0.9}), kTolerance);
 }
 
 // One world ramp held by three grids: along the axes, with other spacing, and with axes askew.
