@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 
+#include "protocol/view_choices.h"
 #include "protocol/view_values.h"
 
 namespace blockwalk {
@@ -14,11 +15,6 @@ namespace {
 using Text = std::string_view;
 
 constexpr double kMinFov = 1e-9;
-
-// A choice that INTERFACE knows and this version lacks gets the same message as one nobody knows: what is supported.
-[[noreturn]] void failSupport(Text field, Text supported, Text text) {
-  failValue(field, fmt::format("this version supports {}", supported), text);
-}
 
 void parseSize(ImageRequest& request, Text text) {
   const std::size_t cross = text.find('x');
@@ -46,40 +42,19 @@ void parseOrtho(ImageRequest& request, Text text) {
   request.view.fov_degrees = View{}.fov_degrees;
 }
 
-void parseMode(ImageRequest& request, Text text) {
-  if (text == "blend") {
-    request.view.mode = Mode::blend;
-  } else if (text == "first-hit") {
-    request.view.mode = Mode::first_hit;
-  } else if (text == "blocks") {
-    request.view.mode = Mode::blocks;
-  } else {
-    failSupport("mode", "blend, first-hit and blocks", text);
+void parseStep(ImageRequest& request, Text text) {
+  const double step = parseNumber("step", text);
+  if (step < kMinStep || step > kMaxStep) {
+    failValue("step", fmt::format("must be from {} to {} voxels", kMinStep, kMaxStep), text);
   }
+  request.view.step = step;
 }
 
-void parseFinder(ImageRequest& request, Text text) {
-  if (text == "auto") {
-    request.view.finder = Finder::automatic;
-  } else if (text == "query") {
-    request.view.finder = Finder::query;
-  } else if (text == "grid") {
-    request.view.finder = Finder::grid;
-  } else {
-    failSupport("finder", "auto, query and grid", text);
-  }
-}
-
-void parseFormat(ImageRequest& request, Text text) {
-  if (text == "png") {
-    request.format = ImageFormat::png;
-  } else if (text == "jpeg") {
-    request.format = ImageFormat::jpeg;
-  } else if (text == "raw") {
-    request.format = ImageFormat::raw;
-  } else {
-    failSupport("format", "png, jpeg and raw", text);
-  }
+// A preset's name, or points; each takes the place of the other.
+void parseTf(ImageRequest& request, Text text) {
+  const bool points = text.find(':') != Text::npos;
+  request.view.transfer = points ? parseTransfer("tf", text) : std::vector<TransferPoint>{};
+  request.view.transfer_preset = points ? TransferPreset::automatic : parseChoice("tf", text, kTransferPresetChoices);
 }
 
 void parseExtinction(ImageRequest& request, Text text) {
@@ -119,28 +94,33 @@ constexpr std::array kFields = {
               [](ImageRequest& request, Text text) {
                 setOptional(request.view.range, text, "auto", [](Text t) { return parseRange("range", t); });
               }},
-    ViewField{"mode", "MODE", "blend, first-hit or blocks (blend)", parseMode},
-    ViewField{"filter", "nearest", "interpolation between voxels (nearest)",
-              [](ImageRequest&, Text text) {
-                if (text != "nearest") failSupport("filter", "nearest", text);
-              }},
-    ViewField{"step", "VOXELS", "sample distance of filter=linear, which this version lacks (0.5)",
-              [](ImageRequest&, Text text) {
-                if (parseNumber("step", text) != 0.5) failSupport("step", "0.5, as it has filter=nearest only", text);
+    ViewField{"mode", "MODE", "blend, first-hit, mip, mean, iso or blocks (blend)",
+              [](ImageRequest& request, Text text) { request.view.mode = parseChoice("mode", text, kModeChoices); }},
+    ViewField{
+        "filter", "FILTER", "interpolation between voxels: nearest or linear (nearest)",
+        [](ImageRequest& request, Text text) { request.view.filter = parseChoice("filter", text, kFilterChoices); }},
+    ViewField{"step", "VOXELS", "filter linear: sample distance, 1/64..16 (0.5)", parseStep},
+    ViewField{"classification", "post|pre-integrated",
+              "filter linear: transfer function at samples, or integrated between them (post)",
+              [](ImageRequest& request, Text text) {
+                request.view.classification = parseChoice("classification", text, kClassificationChoices);
               }},
     ViewField{"extinction", "SIGMA", "rgba8: extinction per unit distance at full density, 0..1000000 (0.2)",
               parseExtinction},
-    ViewField{"tf", "value:rrggbb:opacity,...",
-              "scalar volumes: transfer function, ascending (auto: from the histogram)",
+    ViewField{"tf", "value:rrggbb:opacity,...|PRESET",
+              "scalar volumes: transfer function, ascending, or grey, viridis, cividis, inferno, ct-bone, "
+              "ct-soft-tissue, angiography (auto: from the histogram)",
+              parseTf},
+    ViewField{"tf-shape", "linear|stepped", "between the points of tf: linear, or held up to the next (linear)",
               [](ImageRequest& request, Text text) {
-                setOptional(request.view.transfer, text, "auto", [](Text t) { return parseTransfer("tf", t); });
+                request.view.transfer_shape = parseChoice("tf-shape", text, kTransferShapeChoices);
               }},
-    ViewField{"lit", "off", "gradient shading, which this version lacks (off)",
-              [](ImageRequest&, Text text) {
-                if (parseSwitch("lit", text)) failSupport("lit", "off", text);
+    ViewField{"lit", "on|off", "gradient shading (off)",
+              [](ImageRequest& request, Text text) { request.view.lit = parseSwitch("lit", text); }},
+    ViewField{"iso", "VALUE", "mode iso: the surface's value, data units (auto: middle of the range)",
+              [](ImageRequest& request, Text text) {
+                setOptional(request.view.iso, text, "auto", [](Text t) { return parseNumber("iso", t); });
               }},
-    ViewField{"iso", "VALUE", "value of mode=iso, which this version lacks",
-              [](ImageRequest&, Text text) { failSupport("iso", "no mode=iso", text); }},
     ViewField{"clip", "x0,y0,z0,x1,y1,z1", "world box outside of which nothing is shown (none)",
               [](ImageRequest& request, Text text) {
                 setOptional(request.view.clip, text, "none", [](Text t) { return parseClip("clip", t); });
@@ -151,16 +131,19 @@ constexpr std::array kFields = {
               }},
     ViewField{"background", "rrggbb[aa]", "colour behind the volume (000000)",
               [](ImageRequest& request, Text text) { request.view.background = parseColor("background", text); }},
-    ViewField{"finder", "FINDER", "auto, query or grid (auto)", parseFinder},
+    ViewField{
+        "finder", "FINDER", "auto, query or grid (auto)",
+        [](ImageRequest& request, Text text) { request.view.finder = parseChoice("finder", text, kFinderChoices); }},
     ViewField{"walk", "on|off", "step through stored neighbours after a block (on)",
               [](ImageRequest& request, Text text) { request.view.walk = parseSwitch("walk", text); }},
     ViewField{"cull", "on|off", "skip what masks and ranges exclude (on)",
               [](ImageRequest& request, Text text) { request.view.cull = parseSwitch("cull", text); }},
     ViewField{"output", "color", "what a pixel holds (color)",
               [](ImageRequest&, Text text) {
-                if (text != "color") failSupport("output", "color", text);
+                if (text != "color") failValue("output", "this version supports color", text);
               }},
-    ViewField{"format", "FORMAT", "png, jpeg or raw (rows of rgba8) (png)", parseFormat},
+    ViewField{"format", "FORMAT", "png, jpeg or raw (rows of rgba8) (png)",
+              [](ImageRequest& request, Text text) { request.format = parseChoice("format", text, kFormatChoices); }},
     ViewField{"quality", "1..100", "jpeg quality (85)",
               [](ImageRequest& request, Text text) { request.quality = parseInteger("quality", text, 1, 100); }},
 };

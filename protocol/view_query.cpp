@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The way back: a request as the query string that gives it.
+#include "protocol/view_choices.h"
 #include "protocol/view_fields.h"
 #include "protocol/view_values.h"
 
@@ -32,10 +33,23 @@ void addCamera(QueryWriter& query, const View& view) {
 void addVolume(QueryWriter& query, const View& view) {
   const View plain;
   if (view.range) query.add("range", numberText(view.range->lo) + ":" + numberText(view.range->hi));
-  if (view.mode == Mode::first_hit) query.add("mode", "first-hit");
-  if (view.mode == Mode::blocks) query.add("mode", "blocks");
+  if (view.mode != plain.mode) query.add("mode", choiceName(view.mode, kModeChoices));
+  if (view.filter != plain.filter) query.add("filter", choiceName(view.filter, kFilterChoices));
+  if (view.step != plain.step) query.add("step", numberText(view.step));
+  if (view.classification != plain.classification) {
+    query.add("classification", choiceName(view.classification, kClassificationChoices));
+  }
   if (view.extinction != plain.extinction) query.add("extinction", numberText(view.extinction));
-  if (!view.transfer.empty()) query.add("tf", transferText(view.transfer));
+  if (!view.transfer.empty()) {
+    query.add("tf", transferText(view.transfer));
+  } else if (view.transfer_preset != plain.transfer_preset) {
+    query.add("tf", choiceName(view.transfer_preset, kTransferPresetChoices));
+  }
+  if (view.transfer_shape != plain.transfer_shape) {
+    query.add("tf-shape", choiceName(view.transfer_shape, kTransferShapeChoices));
+  }
+  if (view.lit) query.add("lit", "on");
+  if (view.iso) query.add("iso", numberText(*view.iso));
   if (view.clip) query.add("clip", vectorText(view.clip->min) + "," + vectorText(view.clip->max));
   if (view.level != kAutoLevel) query.add("level", std::to_string(view.level));
   if (view.background != plain.background) query.add("background", colorText(view.background));
@@ -52,12 +66,10 @@ std::string viewQuery(const ImageRequest& request) {
   }
   addCamera(query, view);
   addVolume(query, view);
-  if (view.finder == Finder::query) query.add("finder", "query");
-  if (view.finder == Finder::grid) query.add("finder", "grid");
+  if (view.finder != plain.view.finder) query.add("finder", choiceName(view.finder, kFinderChoices));
   if (!view.walk) query.add("walk", "off");
   if (!view.cull) query.add("cull", "off");
-  if (request.format == ImageFormat::jpeg) query.add("format", "jpeg");
-  if (request.format == ImageFormat::raw) query.add("format", "raw");
+  if (request.format != plain.format) query.add("format", choiceName(request.format, kFormatChoices));
   if (request.quality != plain.quality) query.add("quality", std::to_string(request.quality));
   return query.take();
 }

@@ -9,6 +9,8 @@
 namespace blockwalk {
 namespace {
 
+constexpr double kFullLightShare = 500;  // docs/integration.md, "Light"
+
 // World to the index space of a level, which is level 0's divided by 2^level.
 glm::dmat4 levelFromWorld(const VolumeInfo& info, int level) {
   glm::dmat4 matrix = glm::inverse(info.world_from_index);
@@ -70,7 +72,9 @@ void setClipPlanes(const ClipBox& clip, const glm::dmat4& level_from_world, gpu:
 }
 
 // f(A w) has the gradient A^T grad f in world space.
-void setLight(const Camera& camera, const glm::dmat3& linear, gpu::FrameParams& params) {
+void setLight(const Camera& camera, const VolumeInfo& info, const glm::dmat3& linear, gpu::FrameParams& params) {
+  const double contrast = static_cast<double>(info.density_max) - static_cast<double>(emptyValue(info));
+  params.light_strength = static_cast<float>(kFullLightShare * unitDistance(info) / contrast);
   for (int row = 0; row < 3; ++row) params.gradient_rows[row] = glm::vec3(linear[row]);
   const glm::dvec3 light = glm::normalize(-camera.right + camera.up - camera.forward);
   params.light = glm::vec3(linear * light);
@@ -84,7 +88,7 @@ gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const
   params.box_max = glm::vec3(glm::dvec3(info.dims) * std::ldexp(1.0, -plan.level));
   const Camera camera = makeCamera(view);
   setRays(camera, info, level_from_world, params);
-  if (plan.key.lit != 0) setLight(camera, glm::dmat3(level_from_world), params);
+  if (plan.key.lit != 0) setLight(camera, info, glm::dmat3(level_from_world), params);
   params.step_voxels = static_cast<float>(view.step);
   params.sample_bound = static_cast<gpu::uint>(std::ceil(std::sqrt(3.0) * info.subblock_side / view.step)) + 4;
   if (view.clip) setClipPlanes(*view.clip, level_from_world, params);

@@ -105,9 +105,11 @@ View resolveView(const View& view, const VolumeInfo& info) {
   if (!resolved.iso) resolved.iso = 0.5 * (resolved.range->lo + resolved.range->hi);
   if (!std::isfinite(*resolved.iso)) throw ViewError("iso", "is not finite");
   if (info.type == VoxelType::rgba8) {
-    if (!resolved.transfer.empty()) throw ViewError("tf", "this volume has its own colours (rgba8); use extinction");
+    if (!resolved.transfer.empty() || resolved.transfer_preset != TransferPreset::automatic) {
+      throw ViewError("tf", "this volume has its own colours (rgba8); use extinction");
+    }
   } else if (resolved.transfer.empty()) {
-    resolved.transfer = defaultTransfer(info);
+    resolved.transfer = presetTransfer(resolved.transfer_preset, info);
   }
   checkTransfer(resolved);
   if (resolved.clip) {

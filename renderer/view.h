@@ -17,6 +17,18 @@ namespace blockwalk {
 enum class Mode : std::uint8_t { blend, first_hit, blocks, mip, mean, iso };
 enum class Filter : std::uint8_t { nearest, linear };
 enum class TransferShape : std::uint8_t { linear, stepped };
+// How a transfer function is chosen where no points are given (renderer/transfer_presets.cpp). The CT presets are in
+// Hounsfield units.
+enum class TransferPreset : std::uint8_t {
+  automatic,
+  grey,
+  viridis,
+  cividis,
+  inferno,
+  ct_bone,
+  ct_soft_tissue,
+  angiography
+};
 enum class Classification : std::uint8_t { post, pre_integrated };
 enum class Finder : std::uint8_t { automatic, query, grid };
 
@@ -63,7 +75,8 @@ struct View {
   bool lit = false;
   std::optional<double> iso;            // data units; mode iso, default the middle of the range
   double extinction = 0.2;              // rgba8: per unit distance at density 255
-  std::vector<TransferPoint> transfer;  // scalar volumes; empty: chosen from the histogram
+  std::vector<TransferPoint> transfer;  // scalar volumes; empty: what the preset says
+  TransferPreset transfer_preset = TransferPreset::automatic;
   TransferShape transfer_shape = TransferShape::linear;
   std::optional<ClipBox> clip;
   int level = kAutoLevel;
@@ -100,7 +113,9 @@ View resolveView(const View& view, const VolumeInfo& info);
 // The camera of a resolved view.
 Camera makeCamera(const View& resolved);
 
-// A transfer function from the histogram: transparent below the body of the data, warm ramp above.
-std::vector<TransferPoint> defaultTransfer(const VolumeInfo& info);
+// The points of a preset for a volume; automatic: from the histogram, transparent below the body of the data, a warm
+// ramp above. The colour maps run over the body of the data. Throws ViewError for a CT preset where the volume's values
+// cannot be Hounsfield units.
+std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info);
 
 }  // namespace blockwalk

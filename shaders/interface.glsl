@@ -76,6 +76,7 @@ struct Scene {
   uint table_last;
   uint sample_bound;
   vec3 gradient_rows[3];
+  float light_strength;
   vec3 light;
 };
 
@@ -99,6 +100,7 @@ void loadScene() {
   scene.table_last = frame.table_last;
   scene.sample_bound = frame.sample_bound;
   scene.gradient_rows = frame.gradient_rows;
+  scene.light_strength = frame.light_strength;
   scene.light = frame.light;
 }
 

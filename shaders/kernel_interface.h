@@ -132,10 +132,12 @@ struct FrameParams {
   uint table_last;
   vec4 background;  // premultiplied
 
-  float step_voxels;      // filter linear: distance of samples
-  uint sample_bound;      // no ray has more samples in one subblock
-  vec3 gradient_rows[3];  // world gradient = (dot(row 0, g), dot(row 1, g), dot(row 2, g)) of the index-space gradient g
-  vec3 light;             // index-space direction whose world direction is the unit vector to the light
+  float step_voxels;  // filter linear: distance of samples
+  uint sample_bound;  // no ray has more samples in one subblock
+  vec3
+      gradient_rows[3];  // world gradient = (dot(row 0, g), dot(row 1, g), dot(row 2, g)) of the index-space gradient g
+  float light_strength;  // light is full where the world gradient times this reaches 1
+  vec3 light;            // index-space direction whose world direction is the unit vector to the light
 };
 
 struct PushConstants {
@@ -160,7 +162,7 @@ static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuC
 static_assert(offsetof(FrameParams, point_center) == 72 && offsetof(FrameParams, half_width) == 144);
 static_assert(offsetof(FrameParams, clip_planes) == 180 && offsetof(FrameParams, anchor) == 276);
 static_assert(offsetof(FrameParams, density_lo) == 324 && offsetof(FrameParams, background) == 352);
-static_assert(offsetof(FrameParams, gradient_rows) == 376 && sizeof(FrameParams) == 424);
+static_assert(offsetof(FrameParams, gradient_rows) == 376 && offsetof(FrameParams, light) == 416);
 static_assert(sizeof(PushConstants) == 16);
 }  // namespace blockwalk::gpu
 #endif

@@ -35,7 +35,9 @@ vec3 lightColor(vec3 color, vec3 gradient, vec3 direction) {
   float largest = max(abs(world.x), max(abs(world.y), abs(world.z)));
   if (!(largest > 0.0)) return color;
   float steepness = largest * length(world / largest);  // neither overflows nor vanishes where the squares would
+  float strength = min(steepness * scene.light_strength, 1.0);  // little where the gradient has no direction to speak of
   float facing_eye = min(abs(dot(gradient, direction)) / steepness, 1.0);
   float facing_light = min(abs(dot(gradient, scene.light)) / steepness, 1.0);
-  return color * (0.3 + 0.4 * facing_eye + 0.3 * facing_light) + 0.2 * pow(facing_eye, 32.0);
+  vec3 lit = color * (0.3 + 0.4 * facing_eye + 0.3 * facing_light) + 0.2 * pow(facing_eye, 32.0);
+  return color + strength * (lit - color);
 }

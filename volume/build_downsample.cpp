@@ -9,10 +9,7 @@
 
 namespace blockwalk {
 Downsampler::Downsampler(const VolumeInfo& info)
-    : type_(info.type),
-      side_(info.subblock_side),
-      threshold_(info.empty_threshold),
-      empty_value_(emptyValue(info)) {}
+    : type_(info.type), side_(info.subblock_side), threshold_(info.empty_threshold), empty_value_(emptyValue(info)) {}
 
 void Downsampler::clear(std::span<std::byte> coarse) const {
   std::array<std::byte, 4> value{};

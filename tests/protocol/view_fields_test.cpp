@@ -23,8 +23,9 @@ ImageRequest fromQuery(std::string_view query) {
 
 TEST(ViewFields, ReadEveryMember) {
   const ImageRequest request = fromQuery(
-      "size=640x480&eye=1,-2,3e2&target=0,0.5,0&up=0,0,1&fov=60.5&range=-10:200&mode=first-hit&filter=nearest&step=0.5"
-      "&extinction=0.75&tf=0:000000:0,10:ff8000:0.5,20:ffffff:1&lit=off&clip=0,1,2,3,4,5&level=2&background=11223344"
+      "size=640x480&eye=1,-2,3e2&target=0,0.5,0&up=0,0,1&fov=60.5&range=-10:200&mode=first-hit&filter=linear&step=0.25"
+      "&classification=pre-integrated&tf-shape=stepped&iso=12.5"
+      "&extinction=0.75&tf=0:000000:0,10:ff8000:0.5,20:ffffff:1&lit=on&clip=0,1,2,3,4,5&level=2&background=11223344"
       "&finder=grid&walk=off&cull=off&output=color&format=jpeg&quality=70");
   const View& view = request.view;
   EXPECT_EQ(view.width, 640);
@@ -35,6 +36,12 @@ TEST(ViewFields, ReadEveryMember) {
   EXPECT_EQ(view.fov_degrees, 60.5);
   EXPECT_EQ(view.range, (DensityRange{-10, 200}));
   EXPECT_EQ(view.mode, Mode::first_hit);
+  EXPECT_EQ(view.filter, Filter::linear);
+  EXPECT_EQ(view.step, 0.25);
+  EXPECT_EQ(view.classification, Classification::pre_integrated);
+  EXPECT_EQ(view.transfer_shape, TransferShape::stepped);
+  EXPECT_EQ(view.iso, 12.5);
+  EXPECT_TRUE(view.lit);
   EXPECT_EQ(view.extinction, 0.75);
   ASSERT_EQ(view.transfer.size(), 3u);
   EXPECT_EQ(view.transfer[1].value, 10);
@@ -53,6 +60,24 @@ TEST(ViewFields, ReadEveryMember) {
 TEST(ViewFields, AbsentValuesTakeAMemberBack) {
   ImageRequest request = fromQuery("eye=1,2,3&target=0,0,0&up=0,1,0&range=1:2&clip=0,0,0,1,1,1&tf=0:000000:0&level=3");
   setViewFields(request, parseQueryString("eye=auto&target=auto&up=auto&range=auto&clip=none&tf=auto&level=auto"));
+  EXPECT_EQ(request, ImageRequest{});
+}
+
+TEST(ViewFields, AnUnchangedQueryGivesTheSameRequest) {
+  for (const char* query :
+       {"mode=mip", "mode=mean&filter=linear", "mode=iso&lit=on&iso=-3", "filter=linear&step=2", "tf=viridis",
+        "tf=0:000000:0,1:ffffff:0.5&tf-shape=stepped", "filter=linear&classification=pre-integrated", "tf=ct-bone"}) {
+    EXPECT_EQ(viewQuery(fromQuery(query)), query);
+  }
+}
+
+TEST(ViewFields, PointsAndPresetsReplaceEachOther) {
+  ImageRequest request = fromQuery("tf=viridis");
+  EXPECT_EQ(request.view.transfer_preset, TransferPreset::viridis);
+  setViewField(request, "tf", "0:000000:0,1:ffffff:0.5");
+  EXPECT_EQ(request.view.transfer_preset, TransferPreset::automatic);
+  EXPECT_EQ(request.view.transfer.size(), 2u);
+  setViewField(request, "tf", "auto");
   EXPECT_EQ(request, ImageRequest{});
 }
 
@@ -118,11 +143,20 @@ const BadField kBadFields[] = {
     {"range", "1"},
     {"range", "1:2:3"},
     {"range", "-inf:inf"},
-    {"mode", "mip"},
-    {"mode", "mean"},
-    {"mode", "iso"},
+    {"mode", "MIP"},
+    {"mode", "max"},
+    {"mode", ""},
     {"mode", "Blend"},
-    {"filter", "linear"},
+    {"filter", "cubic"},
+    {"step", "0"},
+    {"step", "-1"},
+    {"step", "0.001"},
+    {"step", "17"},
+    {"step", "nan"},
+    {"classification", "pre"},
+    {"tf-shape", "cubic"},
+    {"tf", "jet"},
+    {"iso", "inf"},
     {"step", "0"},
     {"step", "1e-9"},
     {"extinction", "-1"},
@@ -135,9 +169,9 @@ const BadField kBadFields[] = {
     {"tf", "warm"},
     {"tf", "0:000000"},
     {"tf", "0:#00000:1"},
-    {"lit", "on"},
+    {"lit", "yes"},
     {"lit", "1"},
-    {"iso", "5"},
+    {"iso", "5:6"},
     {"clip", "0,0,0,1,1"},
     {"clip", "1,0,0,0,1,1"},
     {"level", "-1"},

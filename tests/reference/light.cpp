@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/reference/light.h"
 
+#include <algorithm>
 #include <cmath>
+
+#include "tests/reference/modes.h"
 
 namespace blockwalk::reference {
 
@@ -9,14 +12,18 @@ glm::dvec3 shade(const DenseVolume& volume, const View& view, const Ray& world_r
                  glm::dvec3 gradient_index) {
   if (gradient_index == glm::dvec3(0)) return color;
   const glm::dmat3 world_from_index(volume.world_from_index);
-  const glm::dvec3 n = glm::normalize(glm::transpose(glm::inverse(world_from_index)) * gradient_index);
+  const glm::dvec3 gradient = glm::transpose(glm::inverse(world_from_index)) * gradient_index;
+  const glm::dvec3 n = glm::normalize(gradient);
+  const double steepness = glm::length(gradient) * std::ldexp(1.0, -volume.level);
+  const double strength = std::min(1.0, 500 * steepness * unitDistanceOf(volume) / volume.contrast);
   const glm::dvec3 v = -world_ray.direction;
   const glm::dvec3 forward = glm::normalize(view.target.value() - view.eye.value());
   const glm::dvec3 right = glm::normalize(glm::cross(forward, view.up.value()));
   const glm::dvec3 l = glm::normalize(-right + glm::cross(right, forward) - forward);
   const double head_on = std::abs(glm::dot(n, v));
   const double factor = 0.3 + 0.4 * head_on + 0.3 * std::abs(glm::dot(n, l));
-  return factor * color + 0.2 * std::pow(head_on, 32);
+  const glm::dvec3 lit = factor * color + 0.2 * std::pow(head_on, 32);
+  return color + strength * (lit - color);
 }
 
 }  // namespace blockwalk::reference

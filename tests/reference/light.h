@@ -10,8 +10,8 @@
 
 namespace blockwalk::reference {
 
-// What a surface of this colour and gradient (index space, any length) sends back along the ray. May exceed 1; where
-// the gradient is zero it is the colour itself.
+// What a surface of this colour and gradient (index space of the volume's level) sends back along the ray. May exceed
+// 1; where the gradient is zero it is the colour itself.
 glm::dvec3 shade(const DenseVolume& volume, const View& view, const Ray& world_ray, glm::dvec3 color,
                  glm::dvec3 gradient_index);
 

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// Names of a view's choices, in the order in which messages list them.
+#pragma once
+
+#include <array>
+#include <string>
+#include <string_view>
+
+#include "protocol/view_fields.h"
+#include "protocol/view_values.h"
+
+namespace blockwalk {
+
+template <typename Value>
+struct Choice {
+  std::string_view name;
+  Value value;
+};
+
+constexpr std::array kModeChoices = {Choice{"blend", Mode::blend}, Choice{"first-hit", Mode::first_hit},
+                                     Choice{"mip", Mode::mip},     Choice{"mean", Mode::mean},
+                                     Choice{"iso", Mode::iso},     Choice{"blocks", Mode::blocks}};
+constexpr std::array kFilterChoices = {Choice{"nearest", Filter::nearest}, Choice{"linear", Filter::linear}};
+constexpr std::array kClassificationChoices = {Choice{"post", Classification::post},
+                                               Choice{"pre-integrated", Classification::pre_integrated}};
+constexpr std::array kTransferShapeChoices = {Choice{"linear", TransferShape::linear},
+                                              Choice{"stepped", TransferShape::stepped}};
+constexpr std::array kTransferPresetChoices = {Choice{"auto", TransferPreset::automatic},
+                                               Choice{"grey", TransferPreset::grey},
+                                               Choice{"viridis", TransferPreset::viridis},
+                                               Choice{"cividis", TransferPreset::cividis},
+                                               Choice{"inferno", TransferPreset::inferno},
+                                               Choice{"ct-bone", TransferPreset::ct_bone},
+                                               Choice{"ct-soft-tissue", TransferPreset::ct_soft_tissue},
+                                               Choice{"angiography", TransferPreset::angiography}};
+constexpr std::array kFinderChoices = {Choice{"auto", Finder::automatic}, Choice{"query", Finder::query},
+                                       Choice{"grid", Finder::grid}};
+constexpr std::array kFormatChoices = {Choice{"png", ImageFormat::png}, Choice{"jpeg", ImageFormat::jpeg},
+                                       Choice{"raw", ImageFormat::raw}};
+
+// "a, b and c"
+template <typename Value, std::size_t Size>
+std::string choiceNames(const std::array<Choice<Value>, Size>& choices) {
+  std::string names;
+  for (std::size_t i = 0; i < Size; ++i) {
+    if (i > 0) names += i + 1 < Size ? ", " : " and ";
+    names += choices[i].name;
+  }
+  return names;
+}
+
+// A choice that a later version knows gets the same message as one nobody knows: what is supported.
+template <typename Value, std::size_t Size>
+Value parseChoice(std::string_view field, std::string_view text, const std::array<Choice<Value>, Size>& choices) {
+  for (const auto& choice : choices) {
+    if (choice.name == text) return choice.value;
+  }
+  failValue(field, "this version supports " + choiceNames(choices), text);
+}
+
+template <typename Value, std::size_t Size>
+std::string_view choiceName(Value value, const std::array<Choice<Value>, Size>& choices) {
+  for (const auto& choice : choices) {
+    if (choice.value == value) return choice.name;
+  }
+  return {};
+}
+
+}  // namespace blockwalk
