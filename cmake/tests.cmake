@@ -1,15 +1,16 @@
 # SPDX-License-Identifier: Apache-2.0
-# One test program a room; tests/ mirrors the folders. Every gtest case is a ctest test.
+# One test program a room; tests/ mirrors the folders. Every gtest case is a ctest test, but for a room that runs whole:
+# its cases share kernels, which a process each would compile again and again. SHARES: sources of other rooms.
 find_package(GTest REQUIRED)
 include(GoogleTest)
 
 function(add_room_test room)
-  cmake_parse_arguments(ARG "DRAWS" "TIMEOUT" "LIBRARIES" ${ARGN})
+  cmake_parse_arguments(ARG "DRAWS;WHOLE" "TIMEOUT" "LIBRARIES;SHARES" ${ARGN})
   file(GLOB sources CONFIGURE_DEPENDS tests/${room}/*.cpp)
   if(NOT sources)
     return()
   endif()
-  add_executable(test_${room} ${sources})
+  add_executable(test_${room} ${sources} ${ARG_SHARES})
   # Drivers and layers keep memory for the life of the process and are unloaded before leaks are looked for, so that those
   # cannot be told from ours: where Vulkan runs, leaks are the validation layers' to find.
   set(sanitizer_properties)
@@ -21,6 +22,11 @@ function(add_room_test room)
   target_link_libraries(test_${room} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main)
   target_compile_definitions(test_${room} PRIVATE BLOCKWALK_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}"
     BLOCKWALK_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}")
+  if(ARG_WHOLE)
+    add_test(NAME ${room}.all COMMAND test_${room})
+    set_tests_properties(${room}.all PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${room} ${sanitizer_properties})
+    return()
+  endif()
   gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_MODE PRE_TEST
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${room} ${sanitizer_properties})
 endfunction()
@@ -33,6 +39,8 @@ target_link_libraries(reference PUBLIC volume)
 add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB PNG::PNG TIFF::TIFF PkgConfig::XXHASH)
 add_room_test(protocol TIMEOUT 120 LIBRARIES protocol renderer PNG::PNG)
 add_room_test(renderer DRAWS TIMEOUT 600 LIBRARIES renderer protocol reference)
+add_room_test(extreme DRAWS WHOLE TIMEOUT 900 LIBRARIES renderer protocol reference SHARES tests/renderer/stage.cpp
+  tests/renderer/compare.cpp tests/renderer/synthetic.cpp)
 add_room_test(server DRAWS TIMEOUT 300 LIBRARIES server)
 add_room_test(cli DRAWS TIMEOUT 300 LIBRARIES protocol)
 if(TARGET test_cli)

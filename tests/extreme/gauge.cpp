@@ -1,0 +1,140 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/extreme/gauge.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "tests/renderer/compare.h"
+#include "tests/renderer/stage.h"
+
+namespace blockwalk::extreme {
+namespace {
+
+struct Stage : test::RendererTest {
+  using RendererTest::combinations;
+  using RendererTest::draw;
+  using RendererTest::makeScene;
+  using RendererTest::with;
+};
+
+// A built scenario: resident, its view resolved, with the dense volume that the reference looks at.
+struct Built {
+  test::Scene scene;
+  View view;
+  reference::DenseVolume dense;
+};
+
+Built build(const Scenario& scenario) {
+  Built built{.scene = Stage::makeScene(*scenario.source, scenario.build), .view = {}, .dense = {}};
+  View view = scenario.view;
+  if (view.level == kAutoLevel) view.level = 0;
+  built.view = resolveView(view, built.scene.info);
+  built.dense = scenario.reference ? *scenario.reference : built.scene.dense(view.level);
+  return built;
+}
+
+double channel(std::uint32_t pixel, int c) { return static_cast<double>(pixel >> (8 * c) & 255u); }
+
+double pixelError(std::uint32_t drawn, const glm::dvec4& expected) {
+  double error = std::abs(channel(drawn, 3) - 255 * expected.a);
+  for (int c = 0; c < 3; ++c) {
+    error = std::max(error, expected.a * std::abs(channel(drawn, c) - 255 * expected[c]));
+  }
+  return error;
+}
+
+double frameError(const Frame& frame, const reference::Image& expected, bool skips_faces) {
+  double error = 0;
+  for (std::size_t i = 0; i < expected.pixels.size(); ++i) {
+    if (skips_faces && expected.pixels[i].face_distance < test::kNearEdge) continue;
+    error = std::max(error, pixelError(frame.pixels[i], expected.pixels[i].color));
+  }
+  return error;
+}
+
+bool showsSomething(const reference::Image& image, const View& view) {
+  return std::ranges::any_of(image.pixels, [&](const reference::Pixel& pixel) {
+    return reference::roundColor(pixel.color) != view.background;
+  });
+}
+
+}  // namespace
+
+double imageError(const Scenario& scenario) {
+  Built built = build(scenario);
+  double largest = 0;
+  for (Filter filter : scenario.filters) {
+    built.view.filter = filter;
+    const reference::Image expected = reference::renderImage(built.dense, built.view);
+    EXPECT_EQ(showsSomething(expected, built.view), !scenario.blank);
+    for (const test::Combination& combination : Stage::combinations()) {
+      const Frame frame = Stage::draw(built.scene, Stage::with(built.view, combination));
+      const double error = frameError(frame, expected, scenario.skips_faces);
+      if (error > largest && error > 1) {
+        std::printf("  %s filter %s: %.3f, %s\n", test::toString(combination).c_str(),
+                    filter == Filter::nearest ? "nearest" : "linear", error,
+                    test::compareToReference(frame, expected, built.view.background).worst.c_str());
+      }
+      largest = std::max(largest, error);
+    }
+  }
+  return largest;
+}
+
+double wrongHits(const Scenario& scenario) {
+  Built built = build(scenario);
+  built.view.mode = Mode::first_hit;
+  std::size_t wrong = 0;
+  for (Filter filter : scenario.filters) {
+    built.view.filter = filter;
+    const reference::Image expected = reference::renderImage(built.dense, built.view);
+    const auto is_hit = [](const reference::Pixel& pixel) { return pixel.voxel.x >= 0; };
+    EXPECT_EQ(std::ranges::any_of(expected.pixels, is_hit), !scenario.blank);
+    for (const test::Combination& combination : Stage::combinations()) {
+      const Frame frame = Stage::draw(built.scene, Stage::with(built.view, combination));
+      const test::ProbeError error = test::compareHits(frame, expected, 1 / unitDistance(built.scene.info));
+      EXPECT_EQ(error.unexcused, 0u) << test::toString(combination) << ": " << error.worst;
+      wrong += error.unexcused;
+    }
+  }
+  return static_cast<double>(wrong);
+}
+
+double depthError(const DepthScenario& depth) {
+  Built built = build(depth.scenario);
+  built.view.width = built.view.height = 1;
+  built.view.background = {0, 0, 0, 255};
+  const double expected = -std::log1p(-(depth.byte + 0.5) / 255);
+  double largest = 0;
+  for (Filter filter : depth.scenario.filters) {
+    built.view.filter = filter;
+    for (const test::Combination& combination : Stage::combinations()) {
+      double lo = std::log(depth.lo), hi = std::log(depth.hi);
+      View view = Stage::with(built.view, combination);
+      for (int i = 0; i < 40 && hi - lo > 1e-8; ++i) {
+        const double middle = 0.5 * (lo + hi);
+        depth.set_strength(view, std::exp(middle));
+        const bool above = channel(Stage::draw(built.scene, view).pixels[0], 0) > depth.byte;
+        (above ? hi : lo) = middle;
+      }
+      depth.set_strength(view, std::exp(0.5 * (lo + hi)));
+      const double opacity = reference::renderPixel(built.dense, view, 0, 0).color.r;  // white over black
+      largest = std::max(largest, std::abs(-std::log1p(-opacity) / expected - 1));
+    }
+  }
+  return largest;
+}
+
+double isNotRefused(const Scenario& scenario, const std::string& field) {
+  const test::Scene scene = Stage::makeScene(*scenario.source, scenario.build);
+  try {
+    resolveView(scenario.view, scene.info);
+  } catch (const ViewError& error) {
+    EXPECT_EQ(error.field, field) << error.what();
+    return error.field == field ? 0 : 1;
+  }
+  return 1;
+}
+
+}  // namespace blockwalk::extreme

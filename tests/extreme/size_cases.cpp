@@ -1,0 +1,5 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "tests/extreme/cases.h"
+namespace blockwalk::extreme {
+std::vector<Case> sizeCases() { return {}; }
+}  // namespace blockwalk::extreme
