@@ -125,6 +125,10 @@ constexpr std::array kFields = {
               [](ImageRequest& request, Text text) {
                 setOptional(request.view.clip, text, "none", [](Text t) { return parseClip("clip", t); });
               }},
+    ViewField{"planes", "nx,ny,nz,d;...", "up to 6 world planes, shown where nx x + ny y + nz z + d >= 0 (none)",
+              [](ImageRequest& request, Text text) {
+                setOptional(request.view.planes, text, "none", [](Text t) { return parsePlanes("planes", t); });
+              }},
     ViewField{"level", "auto|N", "resolution level, 0 is the finest (auto)",
               [](ImageRequest& request, Text text) {
                 request.view.level = text == "auto" ? kAutoLevel : parseInteger("level", text, 0, kMaxLevels - 1);

@@ -25,7 +25,27 @@ std::string scalarText(const std::string& name, const json& value) {
 char separatorOf(std::string_view name) {
   if (name == "size") return 'x';
   if (name == "range") return ':';
+  if (name == "planes") return ';';
   return ',';
+}
+
+// An array's text form; planes are arrays in an array, and none of them is `none`.
+std::string arrayText(const std::string& name, const json& array) {
+  const bool nests = name == "planes";
+  if (nests && array.empty()) return "none";
+  std::string text;
+  for (std::size_t i = 0; i < array.size(); ++i) {
+    if (i > 0) text += separatorOf(name);
+    if (!nests || !array[i].is_array()) {
+      text += scalarText(name, array[i]);
+      continue;
+    }
+    for (std::size_t member = 0; member < array[i].size(); ++member) {
+      if (member > 0) text += ',';
+      text += scalarText(name, array[i][member]);
+    }
+  }
+  return text;
 }
 
 }  // namespace
@@ -36,16 +56,7 @@ std::vector<std::pair<std::string, std::string>> viewFieldTexts(const json& obje
   std::vector<std::pair<std::string, std::string>> pairs;
   for (const auto& [name, value] : object.items()) {
     if (std::find(skip.begin(), skip.end(), name) != skip.end()) continue;
-    if (!value.is_array()) {
-      pairs.emplace_back(name, scalarText(name, value));
-      continue;
-    }
-    std::string text;
-    for (std::size_t i = 0; i < value.size(); ++i) {
-      if (i > 0) text += separatorOf(name);
-      text += scalarText(name, value[i]);
-    }
-    pairs.emplace_back(name, std::move(text));
+    pairs.emplace_back(name, value.is_array() ? arrayText(name, value) : scalarText(name, value));
   }
   return pairs;
 }

@@ -51,6 +51,7 @@ void addVolume(QueryWriter& query, const View& view) {
   if (view.lit) query.add("lit", "on");
   if (view.iso) query.add("iso", numberText(*view.iso));
   if (view.clip) query.add("clip", vectorText(view.clip->min) + "," + vectorText(view.clip->max));
+  if (!view.planes.empty()) query.add("planes", planesText(view.planes));
   if (view.level != kAutoLevel) query.add("level", std::to_string(view.level));
   if (view.background != plain.background) query.add("background", colorText(view.background));
 }

@@ -100,6 +100,23 @@ ClipBox parseClip(std::string_view field, std::string_view text) {
   return box;
 }
 
+std::vector<ClipPlane> parsePlanes(std::string_view field, std::string_view text) {
+  constexpr std::string_view kForm = "1 to 6 planes nx,ny,nz,d, separated by ;";
+  static_assert(kMaxPlanes == 6);
+  std::vector<ClipPlane> planes;
+  for (std::string_view part : splitParts(field, text, ';', 1, kMaxPlanes, kForm)) {
+    const auto numbers = splitParts(field, part, ',', 4, 4, "four numbers nx,ny,nz,d a plane");
+    ClipPlane plane;
+    for (int axis = 0; axis < 3; ++axis) {
+      plane.normal[axis] = parseNumber(field, numbers[static_cast<std::size_t>(axis)]);
+    }
+    plane.offset = parseNumber(field, numbers[3]);
+    if (plane.normal == glm::dvec3(0)) failValue(field, "must have normals that are not 0", part);
+    planes.push_back(plane);
+  }
+  return planes;
+}
+
 std::array<std::uint8_t, 4> parseColor(std::string_view field, std::string_view text) {
   if (text.size() != 6 && text.size() != 8) failValue(field, "must be hexadecimal rrggbb or rrggbbaa", text);
   std::array<std::uint8_t, 4> color{0, 0, 0, 255};
@@ -133,6 +150,15 @@ std::string numberText(double value) {
 
 std::string vectorText(const glm::dvec3& value) {
   return numberText(value.x) + "," + numberText(value.y) + "," + numberText(value.z);
+}
+
+std::string planesText(const std::vector<ClipPlane>& planes) {
+  std::string text;
+  for (const ClipPlane& plane : planes) {
+    if (!text.empty()) text += ';';
+    text += vectorText(plane.normal) + "," + numberText(plane.offset);
+  }
+  return text;
 }
 
 std::string colorText(const std::array<std::uint8_t, 4>& color) {

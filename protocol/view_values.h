@@ -26,11 +26,13 @@ bool parseSwitch(std::string_view field, std::string_view text);  // on, off
 glm::dvec3 parseVector(std::string_view field, std::string_view text);
 DensityRange parseRange(std::string_view field, std::string_view text);                 // lo:hi
 ClipBox parseClip(std::string_view field, std::string_view text);                       // x0,y0,z0,x1,y1,z1
+std::vector<ClipPlane> parsePlanes(std::string_view field, std::string_view text);      // nx,ny,nz,d;...
 std::array<std::uint8_t, 4> parseColor(std::string_view field, std::string_view text);  // rrggbb or rrggbbaa
 std::vector<TransferPoint> parseTransfer(std::string_view field, std::string_view text);
 
 std::string numberText(double value);
 std::string vectorText(const glm::dvec3& value);
+std::string planesText(const std::vector<ClipPlane>& planes);
 std::string colorText(const std::array<std::uint8_t, 4>& color);
 std::string transferText(const std::vector<TransferPoint>& points);
 

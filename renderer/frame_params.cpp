@@ -56,19 +56,20 @@ void setRays(const Camera& camera, const VolumeInfo& info, const glm::dmat4& lev
 }
 
 // Plane n.p + w >= 0 in world becomes (n^T A) . q + n.(A anchor + b) + w >= 0 for p = A (q + anchor) + b.
-void setClipPlanes(const ClipBox& clip, const glm::dmat4& level_from_world, gpu::FrameParams& params) {
+// Scaled so that the left side is in voxels. A plane farther away than kFarPlane has all of the volume on one side, as
+// one just there: its float stays finite.
+void setClipPlanes(const std::vector<ClipPlane>& planes, const glm::dmat4& level_from_world, gpu::FrameParams& params) {
+  constexpr double kFarPlane = 1e12;  // voxels; a volume's corners are nearer than 1e6 to the anchor
   const glm::dmat4 world_from_level = glm::inverse(level_from_world);
   const glm::dmat3 linear(world_from_level);
   const glm::dvec3 anchor_world = glm::dvec3(world_from_level * glm::dvec4(glm::dvec3(params.anchor), 1));
-  for (int i = 0; i < 6; ++i) {
-    const int axis = i / 2;
-    glm::dvec3 normal(0);
-    normal[axis] = i % 2 == 0 ? 1 : -1;
-    const double offset = i % 2 == 0 ? -clip.min[axis] : clip.max[axis];
-    params.clip_planes[i] =
-        glm::vec4(glm::vec3(normal * linear), static_cast<float>(glm::dot(normal, anchor_world) + offset));
+  for (const ClipPlane& plane : planes) {
+    const glm::dvec3 normal = plane.normal * linear;
+    const double scale = 1 / glm::length(normal);
+    const double height = scale * (glm::dot(plane.normal, anchor_world) + plane.offset);
+    params.clip_planes[params.clip_plane_count++] =
+        glm::vec4(glm::vec3(scale * normal), static_cast<float>(std::clamp(height, -kFarPlane, kFarPlane)));
   }
-  params.clip_plane_count = 6;
 }
 
 // f(A w) has the gradient A^T grad f in world space.
@@ -91,7 +92,7 @@ gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const
   if (plan.key.lit != 0) setLight(camera, info, glm::dmat3(level_from_world), params);
   params.step_voxels = static_cast<float>(view.step);
   params.sample_bound = static_cast<gpu::uint>(std::ceil(std::sqrt(3.0) * info.subblock_side / view.step)) + 4;
-  if (view.clip) setClipPlanes(*view.clip, level_from_world, params);
+  setClipPlanes(plan.planes, level_from_world, params);
   params.block_dims = blockDims(info.levels[static_cast<std::size_t>(plan.level)].dims, info.blockVoxels());
   params.size = {view.width, view.height};
   params.density_lo = plan.range.lo;

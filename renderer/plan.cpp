@@ -4,7 +4,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "shaders/kernel_interface.h"
@@ -65,6 +67,25 @@ Finder chooseFinder(const View& view, const VolumeInfo& info, int level, const D
   return can_query && !device.software ? Finder::query : Finder::grid;
 }
 
+// World corners of the volume's box.
+std::array<glm::dvec3, 8> cornersOf(const VolumeInfo& info) {
+  std::array<glm::dvec3, 8> corners;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec4 index(glm::dvec3(info.dims) * glm::dvec3(i & 1, i >> 1 & 1, i >> 2), 1);
+    corners[static_cast<std::size_t>(i)] = glm::dvec3(info.world_from_index * index);
+  }
+  return corners;
+}
+
+// With a unit normal. Lengths that a double's square cannot hold are divided twice.
+ClipPlane normalized(const ClipPlane& plane) {
+  const glm::dvec3 size = glm::abs(plane.normal);
+  const double largest = std::max({size.x, size.y, size.z});
+  const glm::dvec3 normal = plane.normal / largest;
+  const double length = glm::length(normal);
+  return {.normal = normal / length, .offset = plane.offset / largest / length};
+}
+
 }  // namespace
 
 std::string describe(const KernelKey& key) {
@@ -110,15 +131,30 @@ StoredRange visibleRange(const View& view, const VolumeInfo& info) {
   return range;
 }
 
+std::vector<ClipPlane> cuttingPlanes(const View& view, const VolumeInfo& info) {
+  std::vector<ClipPlane> planes;
+  for (int axis = 0; view.clip && axis < 3; ++axis) {
+    glm::dvec3 normal(0);
+    normal[axis] = 1;
+    planes.push_back({.normal = normal, .offset = -view.clip->min[axis]});
+    planes.push_back({.normal = -normal, .offset = view.clip->max[axis]});
+  }
+  std::ranges::transform(view.planes, std::back_inserter(planes), normalized);
+  std::erase_if(planes, [corners = cornersOf(info)](const ClipPlane& plane) {
+    return std::ranges::all_of(corners,
+                               [&](const glm::dvec3& p) { return glm::dot(plane.normal, p) + plane.offset >= 0; });
+  });
+  return planes;
+}
+
 int chooseLevel(const View& view, const VolumeInfo& info) {
   const Camera camera = makeCamera(view);
   const double pixel_slope = 2 * camera.half_height / view.height;
   double pixel = pixel_slope;  // world size of a pixel
   if (!camera.orthographic) {
     double nearest = kInfinity;
-    for (int corner = 0; corner < 8; ++corner) {
-      const glm::dvec4 index(glm::dvec3(info.dims) * glm::dvec3(corner & 1, corner >> 1 & 1, corner >> 2), 1);
-      nearest = std::min(nearest, glm::dot(glm::dvec3(info.world_from_index * index) - camera.eye, camera.forward));
+    for (const glm::dvec3& corner : cornersOf(info)) {
+      nearest = std::min(nearest, glm::dot(corner - camera.eye, camera.forward));
     }
     pixel = pixel_slope * nearest;
   }
@@ -140,6 +176,7 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
     const int high = rangeMaskBin(info.bin_cuts, plan.range.hi);
     for (int bin = low; bin <= high; ++bin) plan.range_mask |= static_cast<std::uint8_t>(1 << bin);
   }
+  plan.planes = cuttingPlanes(view, info);
   const bool open = plan.range.lo <= info.density_min && plan.range.hi >= info.density_max;
   const Finder finder = chooseFinder(view, info, plan.level, device);
   plan.needs_grid = finder == Finder::grid;
@@ -163,7 +200,7 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   const bool table_tests = isScalar(info) && info.type != VoxelType::f32 && !linear && looksAtOpacity(view);
   const bool density_tests = !isScalar(info) && open && info.empty_threshold == 0 && view.mode == Mode::blend;
   key.test_voxel = !blocks && !table_tests && !density_tests ? 1 : 0;
-  key.clip = view.clip ? 1 : 0;
+  key.clip = plan.planes.empty() ? 0 : 1;
   key.opaque_background = view.background[3] == 255 ? 1 : 0;
   key.subblock_side = static_cast<std::uint32_t>(info.subblock_side);
   key.block_side = static_cast<std::uint32_t>(info.block_side);

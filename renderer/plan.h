@@ -19,7 +19,7 @@ struct KernelKey {
   std::uint32_t cull = 0;        // on only where the range excludes something
   std::uint32_t range_open = 0;  // every non-empty voxel is in the range
   std::uint32_t test_voxel = 0;  // a stored voxel may have to be left out, and its extinction does not say so
-  std::uint32_t clip = 0;
+  std::uint32_t clip = 0;        // some plane cuts the volume
   std::uint32_t opaque_background = 0;
   std::uint32_t subblock_side = 0;
   std::uint32_t block_side = 0;
@@ -48,11 +48,16 @@ struct DeviceTraits {
   std::uint64_t max_instances = 0;
 };
 
+// The planes of the view's clip box and its own, of those that cut the volume's box: the others exclude nothing of it.
+// Normals are unit vectors. Planes that leave nothing of the volume are kept.
+std::vector<ClipPlane> cuttingPlanes(const View& view, const VolumeInfo& info);
+
 struct Plan {
   KernelKey key;
   int level = 0;
   StoredRange range;
-  std::uint8_t range_mask = 0;  // bins that the range meets
+  std::uint8_t range_mask = 0;    // bins that the range meets
+  std::vector<ClipPlane> planes;  // world
   bool needs_grid = false;
   bool needs_instances = false;
   bool needs_apron = false;  // voxels with the ring around every subblock

@@ -88,6 +88,27 @@ void checkTransfer(const View& view) {
   }
 }
 
+void checkClip(const View& view) {
+  for (int axis = 0; view.clip && axis < 3; ++axis) {
+    const double lo = view.clip->min[axis];
+    const double hi = view.clip->max[axis];
+    if (!(lo <= hi) || !std::isfinite(lo) || !std::isfinite(hi)) {
+      throw ViewError("clip", fmt::format("{}..{} along {} is not a lower and an upper bound", lo, hi, "xyz"[axis]));
+    }
+  }
+  if (view.planes.size() > kMaxPlanes) {
+    throw ViewError("planes", fmt::format("there are {}, at most {} may be", view.planes.size(), kMaxPlanes));
+  }
+  for (std::size_t i = 0; i < view.planes.size(); ++i) {
+    if (!isFinite(view.planes[i].normal) || !std::isfinite(view.planes[i].offset)) {
+      throw ViewError("planes", fmt::format("plane {} is not finite", i));
+    }
+    if (view.planes[i].normal == glm::dvec3(0)) {
+      throw ViewError("planes", fmt::format("plane {} has no direction: its normal is 0", i));
+    }
+  }
+}
+
 }  // namespace
 
 View resolveView(const View& view, const VolumeInfo& info) {
@@ -112,15 +133,7 @@ View resolveView(const View& view, const VolumeInfo& info) {
     resolved.transfer = presetTransfer(resolved.transfer_preset, info);
   }
   checkTransfer(resolved);
-  if (resolved.clip) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const double lo = resolved.clip->min[axis];
-      const double hi = resolved.clip->max[axis];
-      if (!(lo <= hi) || !std::isfinite(lo) || !std::isfinite(hi)) {
-        throw ViewError("clip", fmt::format("{}..{} along {} is not a lower and an upper bound", lo, hi, "xyz"[axis]));
-      }
-    }
-  }
+  checkClip(resolved);
   const auto levels = static_cast<int>(info.levels.size());
   if (resolved.level != kAutoLevel && (resolved.level < 0 || resolved.level >= levels)) {
     throw ViewError("level", fmt::format("{} is not within 0..{}", resolved.level, levels - 1));

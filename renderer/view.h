@@ -36,6 +36,7 @@ constexpr int kMaxImageSide = 8192;
 constexpr int kAutoLevel = -1;
 constexpr double kMinStep = 1.0 / 64;  // voxels
 constexpr double kMaxStep = 16;
+constexpr std::size_t kMaxPlanes = 6;
 
 struct DensityRange {
   double lo = 0;  // data units, inclusive
@@ -56,6 +57,13 @@ struct ClipBox {
   glm::dvec3 min{0};  // world
   glm::dvec3 max{0};
   bool operator==(const ClipBox&) const = default;
+};
+
+// A world half-space: inside where dot(normal, p) + offset >= 0. The normal may have any length but 0.
+struct ClipPlane {
+  glm::dvec3 normal{0};
+  double offset = 0;
+  bool operator==(const ClipPlane&) const = default;
 };
 
 // What is absent is chosen for the volume by resolveView().
@@ -79,6 +87,7 @@ struct View {
   TransferPreset transfer_preset = TransferPreset::automatic;
   TransferShape transfer_shape = TransferShape::linear;
   std::optional<ClipBox> clip;
+  std::vector<ClipPlane> planes;  // at most kMaxPlanes, beside the clip box
   int level = kAutoLevel;
   std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity
   Finder finder = Finder::automatic;
@@ -107,7 +116,7 @@ struct ViewError : DataError {
 
 // Fills every absent member from the volume: eye, target, up, range, iso, transfer. Throws ViewError where the view is
 // undefined for this volume: eye = target, up parallel to the view, range inverted, a transfer function for rgba8, a
-// level that is not there, a clip box inverted.
+// level that is not there, a clip box inverted, a plane without a direction.
 View resolveView(const View& view, const VolumeInfo& info);
 
 // The camera of a resolved view.

@@ -49,8 +49,8 @@ BLOCKWALK_CONST uint kFinderGrid = 2;
 BLOCKWALK_CONST uint kNone = 0xffffffffu;
 BLOCKWALK_CONST uint kNoSubblock = 255u;  // in GpuBlock::indices
 BLOCKWALK_CONST int kGridTileSide = 8;    // blocks
-BLOCKWALK_CONST int kMaxClipPlanes = 6;
-BLOCKWALK_CONST int kGroupSide = 8;  // pixels; a workgroup is 8x8, a subgroup of 8 lanes 4x2 of them
+BLOCKWALK_CONST int kMaxClipPlanes = 12;  // a clip box's and a view's own
+BLOCKWALK_CONST int kGroupSide = 8;       // pixels; a workgroup is 8x8, a subgroup of 8 lanes 4x2 of them
 // A ray whose remaining transmittance is below this stops: at most half an 8-bit step is lost.
 BLOCKWALK_CONST float kTransmittanceBound = 1.0f / 1024.0f;
 
@@ -116,11 +116,11 @@ struct FrameParams {
 
   vec3 box_min;  // the volume's box, relative index space
   vec3 box_max;
-  vec4 clip_planes[6];  // inside where dot(xyz, p) + w >= 0, relative index space
-  ivec3 anchor;         // voxel
-  ivec3 block_dims;     // blocks of the level's box
-  ivec3 tile_dims;      // tiles of kGridTileSide^3 blocks
-  ivec2 size;           // pixels
+  vec4 clip_planes[kMaxClipPlanes];  // inside where dot(xyz, p) + w >= 0, relative index space; unit normals
+  ivec3 anchor;                      // voxel
+  ivec3 block_dims;                  // blocks of the level's box
+  ivec3 tile_dims;                   // tiles of kGridTileSide^3 blocks
+  ivec2 size;                        // pixels
   uint clip_plane_count;
 
   float density_lo;  // effective range, stored units, inclusive
@@ -160,9 +160,9 @@ static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
 static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
 static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
 static_assert(offsetof(FrameParams, point_center) == 72 && offsetof(FrameParams, half_width) == 144);
-static_assert(offsetof(FrameParams, clip_planes) == 180 && offsetof(FrameParams, anchor) == 276);
-static_assert(offsetof(FrameParams, density_lo) == 324 && offsetof(FrameParams, background) == 352);
-static_assert(offsetof(FrameParams, gradient_rows) == 376 && offsetof(FrameParams, light) == 416);
+static_assert(offsetof(FrameParams, clip_planes) == 180 && offsetof(FrameParams, anchor) == 372);
+static_assert(offsetof(FrameParams, density_lo) == 420 && offsetof(FrameParams, background) == 448);
+static_assert(offsetof(FrameParams, gradient_rows) == 472 && offsetof(FrameParams, light) == 512);
 static_assert(sizeof(PushConstants) == 16);
 }  // namespace blockwalk::gpu
 #endif

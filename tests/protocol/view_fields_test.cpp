@@ -25,7 +25,8 @@ TEST(ViewFields, ReadEveryMember) {
   const ImageRequest request = fromQuery(
       "size=640x480&eye=1,-2,3e2&target=0,0.5,0&up=0,0,1&fov=60.5&range=-10:200&mode=first-hit&filter=linear&step=0.25"
       "&classification=pre-integrated&tf-shape=stepped&iso=12.5"
-      "&extinction=0.75&tf=0:000000:0,10:ff8000:0.5,20:ffffff:1&lit=on&clip=0,1,2,3,4,5&level=2&background=11223344"
+      "&extinction=0.75&tf=0:000000:0,10:ff8000:0.5,20:ffffff:1&lit=on&clip=0,1,2,3,4,5&planes=1,0,0,-2.5;0,-1e-3,2,0&"
+      "level=2&background=11223344"
       "&finder=grid&walk=off&cull=off&output=color&format=jpeg&quality=70");
   const View& view = request.view;
   EXPECT_EQ(view.width, 640);
@@ -48,6 +49,8 @@ TEST(ViewFields, ReadEveryMember) {
   EXPECT_EQ(view.transfer[1].color, glm::dvec3(255, 128, 0) / 255.0);
   EXPECT_EQ(view.transfer[1].opacity, 0.5);
   EXPECT_EQ(view.clip, (ClipBox{{0, 1, 2}, {3, 4, 5}}));
+  const std::vector<ClipPlane> planes = {{{1, 0, 0}, -2.5}, {{0, -1e-3, 2}, 0}};
+  EXPECT_EQ(view.planes, planes);
   EXPECT_EQ(view.level, 2);
   EXPECT_EQ(view.background, (std::array<std::uint8_t, 4>{0x11, 0x22, 0x33, 0x44}));
   EXPECT_EQ(view.finder, Finder::grid);
@@ -58,15 +61,18 @@ TEST(ViewFields, ReadEveryMember) {
 }
 
 TEST(ViewFields, AbsentValuesTakeAMemberBack) {
-  ImageRequest request = fromQuery("eye=1,2,3&target=0,0,0&up=0,1,0&range=1:2&clip=0,0,0,1,1,1&tf=0:000000:0&level=3");
-  setViewFields(request, parseQueryString("eye=auto&target=auto&up=auto&range=auto&clip=none&tf=auto&level=auto"));
+  ImageRequest request =
+      fromQuery("eye=1,2,3&target=0,0,0&up=0,1,0&range=1:2&clip=0,0,0,1,1,1&planes=1,2,3,4&tf=0:000000:0&level=3");
+  setViewFields(request,
+                parseQueryString("eye=auto&target=auto&up=auto&range=auto&clip=none&planes=none&tf=auto&level=auto"));
   EXPECT_EQ(request, ImageRequest{});
 }
 
 TEST(ViewFields, AnUnchangedQueryGivesTheSameRequest) {
   for (const char* query :
        {"mode=mip", "mode=mean&filter=linear", "mode=iso&lit=on&iso=-3", "filter=linear&step=2", "tf=viridis",
-        "tf=0:000000:0,1:ffffff:0.5&tf-shape=stepped", "filter=linear&classification=pre-integrated", "tf=ct-bone"}) {
+        "tf=0:000000:0,1:ffffff:0.5&tf-shape=stepped", "filter=linear&classification=pre-integrated", "tf=ct-bone",
+        "planes=0,0,1,-5.25;1e-300,0,0,1"}) {
     EXPECT_EQ(viewQuery(fromQuery(query)), query);
   }
 }
@@ -174,6 +180,15 @@ const BadField kBadFields[] = {
     {"iso", "5:6"},
     {"clip", "0,0,0,1,1"},
     {"clip", "1,0,0,0,1,1"},
+    {"planes", ""},
+    {"planes", "1,0,0"},
+    {"planes", "1,0,0,0,0"},
+    {"planes", "1,0,0,1;"},
+    {"planes", "0,0,0,1"},
+    {"planes", "1,0,0,1;0,-0,0,1"},
+    {"planes", "1,0,nan,1"},
+    {"planes", "1,0,0,inf"},
+    {"planes", "1,0,0,1;1,0,0,1;1,0,0,1;1,0,0,1;1,0,0,1;1,0,0,1;1,0,0,1"},
     {"level", "-1"},
     {"level", "18"},
     {"level", "1.5"},
@@ -230,12 +245,35 @@ TEST(ViewFields, MessagesCarryNoControlBytes) {
 TEST(ViewFields, JsonIsTheSameAsText) {
   const auto object = nlohmann::json::parse(R"({"type":"view","id":4,"size":[640,480],"eye":[1,-2.5,3e2],
       "range":[10,200],"fov":60,"walk":false,"cull":true,"mode":"blocks","level":2,"quality":70,
-      "tf":["0:000000:0","10:ffffff:0.5"],"clip":[0,0,0,1,1,1],"background":"112233"})");
+      "tf":["0:000000:0","10:ffffff:0.5"],"clip":[0,0,0,1,1,1],"planes":[[0,0,1,-2],[1,2.5,3,4]],
+      "background":"112233"})");
   static constexpr std::string_view kSkip[] = {"type", "id"};
   ImageRequest request;
   setViewFields(request, object, kSkip);
-  EXPECT_EQ(request, fromQuery("size=640x480&eye=1,-2.5,300&range=10:200&fov=60&walk=off&cull=on&mode=blocks&level=2"
-                               "&quality=70&tf=0:000000:0,10:ffffff:0.5&clip=0,0,0,1,1,1&background=112233"));
+  EXPECT_EQ(
+      request,
+      fromQuery(
+          "size=640x480&eye=1,-2.5,300&range=10:200&fov=60&walk=off&cull=on&mode=blocks&level=2"
+          "&quality=70&tf=0:000000:0,10:ffffff:0.5&clip=0,0,0,1,1,1&planes=0,0,1,-2;1,2.5,3,4&background=112233"));
+}
+
+TEST(ViewFields, NoPlanesOfJsonTakeThemBack) {
+  ImageRequest request = fromQuery("planes=0,0,1,5");
+  setViewFields(request, nlohmann::json::parse(R"({"planes":[]})"));
+  EXPECT_EQ(request, ImageRequest{});
+}
+
+TEST(ViewFields, JsonPlanesOfAnotherShapeNameTheField) {
+  for (const char* text : {R"({"planes":[1,0,0,5]})", R"({"planes":[[1,0,0]]})", R"({"planes":[[[1],0,0,5]]})",
+                           R"({"planes":[[]]})", R"({"planes":[[1,0,0,null]]})", R"({"planes":{}})"}) {
+    ImageRequest request;
+    try {
+      setViewFields(request, nlohmann::json::parse(text));
+      FAIL() << text;
+    } catch (const ViewError& error) {
+      EXPECT_EQ(error.field, "planes") << text;
+    }
+  }
 }
 
 TEST(ViewFields, JsonOfAnotherShapeNamesTheField) {
@@ -278,6 +316,7 @@ TEST(ViewFields, QueryOfARequestGivesItBack) {
     view.level = i % 18 - 1;
     const glm::dvec3 corner = vector();
     if (i % 4 == 0) view.clip = ClipBox{corner, corner + glm::abs(vector())};
+    for (int p = 0; p < i % 7; ++p) view.planes.push_back({vector(), number(random)});
     for (int p = 0; p < i % 4; ++p) {
       view.transfer.push_back({p + 0.1, glm::dvec3(byte(), byte(), byte()) / 255.0, small(random) / 255.0});
     }

@@ -22,6 +22,17 @@ CutRay cutRay(const DenseVolume& volume, const View& view, int x, int y) {
     cut.starts_inside = cut.starts_inside || clipped.t_min > cut.interval.t_min;
     cut.interval = clipped;
   }
+  for (const ClipPlane& plane : view.planes) {
+    // Inside where height + t slope >= 0.
+    const double height = glm::dot(plane.normal, world.origin) + plane.offset;
+    const double slope = glm::dot(plane.normal, world.direction);
+    if (slope > 0 && -height / slope > cut.interval.t_min) {
+      cut.interval.t_min = -height / slope;
+      cut.starts_inside = true;
+    }
+    if (slope < 0) cut.interval.t_max = std::min(cut.interval.t_max, -height / slope);
+    if (slope == 0 && height < 0) cut.interval.t_max = cut.interval.t_min - 1;
+  }
   const double gap = std::abs(cut.interval.t_max - cut.interval.t_min) * glm::length(cut.ray.direction);
   cut.edge_distance = std::min(cut.edge_distance, gap);
   return cut;

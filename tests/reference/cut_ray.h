@@ -11,7 +11,8 @@
 
 namespace blockwalk::reference {
 
-// A ray in world space and in the index space of one level, and the part of it that the volume and the clip box leave.
+// A ray in world space and in the index space of one level, and the part of it that the volume, the clip box and the
+// planes leave.
 struct CutRay {
   Ray world;
   Ray ray;

@@ -67,6 +67,9 @@ std::string toString(const View& view) {
                             : fmt::format(" fov {:.9g}", view.fov_degrees);
   if (view.range) text += fmt::format(" range {:.9g}:{:.9g}", view.range->lo, view.range->hi);
   if (view.clip) text += fmt::format(" clip {} {}", point(view.clip->min), point(view.clip->max));
+  for (const ClipPlane& plane : view.planes) {
+    text += fmt::format(" plane {} {:.9g}", point(plane.normal), plane.offset);
+  }
   return text + fmt::format(" extinction {} points {}", view.extinction, view.transfer.size());
 }
 
