@@ -16,6 +16,8 @@ struct Choice {
   std::string_view name;
   Value value;
 };
+template <typename Value>
+Choice(std::string_view, Value) -> Choice<Value>;
 
 constexpr std::array kModeChoices = {Choice{"blend", Mode::blend}, Choice{"first-hit", Mode::first_hit},
                                      Choice{"mip", Mode::mip},     Choice{"mean", Mode::mean},
@@ -35,6 +37,8 @@ constexpr std::array kTransferPresetChoices = {Choice{"auto", TransferPreset::au
                                                Choice{"angiography", TransferPreset::angiography}};
 constexpr std::array kFinderChoices = {Choice{"auto", Finder::automatic}, Choice{"query", Finder::query},
                                        Choice{"grid", Finder::grid}};
+constexpr std::array kOutputChoices = {Choice{"color", Output::color}, Choice{"depth", Output::depth},
+                                       Choice{"position", Output::position}, Choice{"cost", Output::cost}};
 constexpr std::array kFormatChoices = {Choice{"png", ImageFormat::png}, Choice{"jpeg", ImageFormat::jpeg},
                                        Choice{"raw", ImageFormat::raw}};
 

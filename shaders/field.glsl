@@ -4,7 +4,7 @@
 
 struct FieldValue {
   float density;
-  vec3 color;  // rgba8: colour x density
+  vec3 color;  // rgba8
 };
 
 // Lower corner of the interpolation cell, as an index into the subblock, and the place inside the cell.
@@ -37,20 +37,24 @@ float densityAt(uint64_t voxels, vec3 place) {
   return lerpCorners(v, weight);
 }
 
+// a and b are not negative, so that nothing cancels: small values keep their ratios.
+vec4 mixed(vec4 a, vec4 b, float weight) { return a * (1.0 - weight) + b * weight; }
+
 FieldValue fieldAt(uint64_t voxels, vec3 place) {
   if (kVoxelType != kVoxelRgba8) return FieldValue(densityAt(voxels, place), vec3(0.0));
   vec3 weight;
   int cell = cellAt(place, weight);
+  float density[8];
   vec4 v[8];
   for (int i = 0; i < 8; ++i) {
     uint bits;
-    float density = loadDensity(voxels, cell + cornerOffset(i), bits);
-    v[i] = vec4(colorOf(bits) * density, density);
+    density[i] = loadDensity(voxels, cell + cornerOffset(i), bits);
+    v[i] = vec4(colorOf(bits) * density[i], density[i]);
   }
-  vec4 low = between(between(v[0], v[1], weight.x), between(v[2], v[3], weight.x), weight.y);
-  vec4 high = between(between(v[4], v[5], weight.x), between(v[6], v[7], weight.x), weight.y);
-  vec4 value = between(low, high, weight.z);
-  return FieldValue(value.a, value.rgb);
+  vec4 low = mixed(mixed(v[0], v[1], weight.x), mixed(v[2], v[3], weight.x), weight.y);
+  vec4 high = mixed(mixed(v[4], v[5], weight.x), mixed(v[6], v[7], weight.x), weight.y);
+  vec4 value = mixed(low, high, weight.z);
+  return FieldValue(lerpCorners(density, weight), value.a > 0.0 ? value.rgb / value.a : vec3(0.0));
 }
 
 // Index-space gradient by central differences over one voxel, which stay inside the ring.

@@ -68,28 +68,17 @@ float crossingBefore(Ray ray, uint block, float k, float t) {
   return shown;
 }
 
-Sample fieldSample(FieldValue value) {
-  vec3 color = kVoxelType == kVoxelRgba8 && value.density > 0.0 ? value.color / value.density : vec3(0.0);
-  return shadeDensity(value.density, color);
-}
-
 vec3 litColor(vec3 color, uint64_t voxels, vec3 place, Ray ray) {
   return kLit ? lightColor(color, gradientAt(voxels, place), ray.dir) : color;
 }
 
-Spot spotOr(uint block, vec3 place, Spot other) {
-  Spot spot = spotNear(block, place);
-  return spot.voxels == uint64_t(0) ? other : spot;
-}
-
 void hitBefore(Ray ray, uint block, Spot sampled, float k, float t, inout Ink ink) {
   float t_hit = crossingBefore(ray, block, k, t);
-  Spot spot = spotOr(block, placeAt(ray, t_hit), sampled);
-  // Where density begins, colour is 0 / 0 but for rounding: it is read a little behind.
-  Spot colored = spot;
-  if (kVoxelType == kVoxelRgba8) colored = spotOr(block, placeAt(ray, min(t_hit + 1e-3 * ray.dt, t)), sampled);
-  Sample s = fieldSample(fieldAt(colored.voxels, colored.place));
-  hit(litColor(s.color, spot.voxels, spot.place, ray), placeAt(ray, t_hit), t_hit, ink);
+  Spot spot = spotNear(block, placeAt(ray, t_hit));
+  if (spot.voxels == uint64_t(0)) spot = sampled;
+  FieldValue value = fieldAt(spot.voxels, spot.place);
+  vec3 color = shadeDensity(value.density, value.color).color;
+  hit(litColor(color, spot.voxels, spot.place, ray), placeAt(ray, t_hit), t_hit, ink);
 }
 
 void integrateSample(Ray ray, uint block, uint64_t voxels, vec3 corner, float k, vec2 interval, inout Ink ink) {
@@ -97,14 +86,14 @@ void integrateSample(Ray ray, uint block, uint64_t voxels, vec3 corner, float k,
   vec3 place = placeAt(ray, t) - corner;
   FieldValue value = fieldAt(voxels, place);
   if (kTestVoxel && !isInRange(value.density)) return;
-  Sample s = fieldSample(value);
+  Sample s = shadeDensity(value.density, value.color);
   if (!isVisible(value.density, s)) return;
   if (kMode == kModeFirstHit || kMode == kModeIso) {
     hitBefore(ray, block, Spot(voxels, place), k, t, ink);
     return;
   }
   if (kMode == kModeBlend) s.color = litColor(s.color, voxels, place, ray);
-  gather(value.density, s, interval.y - interval.x, ink);
+  gather(value.density, s, interval.x, interval.y - interval.x, ink);
 }
 
 void integrateLinear(Ray ray, uint block, uint64_t voxels, vec3 corner, float t_begin, float t_end, inout Ink ink,
@@ -115,7 +104,7 @@ void integrateLinear(Ray ray, uint block, uint64_t voxels, vec3 corner, float t_
     float t = middleOf(interval);
     if (t >= t_end) return;
     if (t >= t_begin && interval.y > interval.x) {
-      if (kCount) work.voxel_steps += 1u;
+      if (kTally) work.voxel_steps += 1u;
       integrateSample(ray, block, voxels, corner, k, interval, ink);
       if (ink.done) return;
     }
@@ -162,12 +151,12 @@ void integratePreIntegrated(Ray ray, uint64_t voxels, vec3 corner, float t_begin
   for (uint i = 0u; i < scene.sample_bound; ++i) {
     float next = min((k + 1.0) * ray.dt, t_end);
     if (next > t) {
-      if (kCount) work.voxel_steps += 1u;
+      if (kTally) work.voxel_steps += 1u;
       float back = densityAt(voxels, placeAt(ray, next) - corner);
       Sample s = sampleBetween(front, back);
       if (s.extinction > 0.0) {
         s.color = litColor(s.color, voxels, placeAt(ray, 0.5 * (t + next)) - corner, ray);
-        gather(back, s, next - t, ink);
+        gather(back, s, t, next - t, ink);
         if (ink.done) return;
       }
       front = back;

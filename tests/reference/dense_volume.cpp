@@ -142,6 +142,7 @@ DenseVolume volumeFromFile(const VolumeFile& file, int level) {
   const double end1 = info.dataFromStored(static_cast<double>(info.density_max));
   if (info.nonempty_voxels > 0) volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
   if (info.nonempty_voxels > 0) volume.contrast = static_cast<double>(info.density_max) - emptyValue(volume);
+  volume.subblock_side = info.subblock_side;
   volume.bin_cuts = info.bin_cuts;
   allocate(volume);
   shapeBlocks(volume, info.blockVoxels());

@@ -43,6 +43,7 @@ struct DenseVolume {
   std::vector<float> density{};                      // stored units, x fastest
   std::vector<std::array<std::uint8_t, 3>> color{};  // rgba8 only
   std::array<float, 7> bin_cuts{};                   // interior cuts of the range-mask bins, stored units
+  int subblock_side = 8;                             // voxels
   int block_voxels = 48;
   glm::ivec3 block_dims{0};  // blocks an axis
   std::vector<BlockRange> blocks{};

@@ -93,17 +93,21 @@ void linearBlend(const Scene& scene, const CutRay& cut, Pixel& pixel) {
       scene.view.classification == Classification::pre_integrated && scene.volume.type != VoxelType::rgba8;
   double transmittance = 1;
   glm::dvec3 light(0);
-  sampler.walk(pixel, [&](Interval piece, double t) {
-    Material material;
-    if (between_ends) {
-      material = sampler.classifier().meanMaterial(sampler.fieldOn(piece.t_min).w, sampler.fieldOn(piece.t_max).w);
-    } else if (sampler.isVisible(t)) {
-      material = sampler.classifier().materialAt(sampler.fieldOn(t));
-    }
-    if (!(material.sigma > 0)) return true;
+  const auto add = [&](const Material& material, Interval piece) {
+    if (!(material.sigma > 0)) return;
     const double optical_depth = material.sigma * ((piece.t_max - piece.t_min) / unit);
-    light += transmittance * -std::expm1(-optical_depth) * sampler.shadedColor(material.color, t);
+    light += transmittance * -std::expm1(-optical_depth) * sampler.shadedColor(material.color, middleOf(piece));
     transmittance *= std::exp(-optical_depth);
+  };
+  sampler.walk(pixel, [&](Interval piece, double t) {
+    if (between_ends) {
+      walkCells(cut.ray, scene.volume.subblock_side, piece, [&](glm::ivec3, Interval part) {
+        add(sampler.classifier().meanMaterial(sampler.fieldOn(part.t_min).w, sampler.fieldOn(part.t_max).w), part);
+        return true;
+      });
+    } else if (sampler.isVisible(t)) {
+      add(sampler.classifier().materialAt(sampler.fieldOn(t)), piece);
+    }
     return true;
   });
   pixel.color = overBackground(scene.view, light, transmittance);

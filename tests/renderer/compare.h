@@ -18,7 +18,7 @@ struct ImageError {
   double squared = 0;  // sum over the pixels and channels compared
   std::size_t channels = 0;
   std::size_t drawn = 0;    // pixels that are not the background
-  std::size_t skipped = 0;  // pixels whose ray runs in a plane of faces
+  std::size_t skipped = 0;  // pixels that rounding alone may change: a ray in a plane of faces, a sample at a jump
   std::string worst{};      // pixel and both colours
 
   double psnr() const;  // dB; infinite where nothing differs
@@ -27,9 +27,10 @@ struct ImageError {
 
 ImageError compareImages(const Frame& a, const Frame& b);
 
-// Against the rounded reference. The colour of a pixel that neither side covers at all is nobody's.
+// Against the rounded reference. The colour of a pixel that neither side covers at all is nobody's. Pixels with a
+// sample whose density is within `near_jump` (stored units) of where what is seen jumps are skipped.
 ImageError compareToReference(const Frame& frame, const reference::Image& expected,
-                              const std::array<std::uint8_t, 4>& background);
+                              const std::array<std::uint8_t, 4>& background, double near_jump = 0);
 
 struct ProbeError {
   std::size_t pixels = 0;
