@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// The plain controls of the panel: mode, extinction, background. They show a view and report what a person changes.
+// The plain controls of the panel: mode, looks, colours, extinction, background. They show a view and report what a person changes.
 
 import { byId } from "./dom";
-import { kModes } from "./protocol";
+import { kModes, kPresets } from "./protocol";
 import { formatValue } from "./units";
+import type { Range } from "./volume_info";
 import type { ViewOverrides, ViewState } from "./view_state";
 
 const kLeastExtinction = 0.001;
@@ -11,6 +12,14 @@ const kMostExtinction = 10;
 
 export class Controls {
   private readonly modes = byId("modes", HTMLElement);
+  private readonly smooth = byId("smooth", HTMLInputElement);
+  private readonly lit = byId("lit", HTMLInputElement);
+  private readonly isoBlock = byId("iso-block", HTMLElement);
+  private readonly iso = byId("iso", HTMLInputElement);
+  private readonly isoValue = byId("iso-value", HTMLOutputElement);
+  private readonly presetBlock = byId("preset-block", HTMLElement);
+  private readonly preset = byId("preset", HTMLSelectElement);
+  private isoRange: Range = [0, 1];
   private readonly extinctionBlock = byId("extinction-block", HTMLElement);
   private readonly extinction = byId("extinction", HTMLInputElement);
   private readonly extinctionValue = byId("extinction-value", HTMLOutputElement);
@@ -23,6 +32,14 @@ export class Controls {
       const mode = kModes.find((known) => known === wanted);
       if (mode !== undefined) onChange({ mode });
     });
+    this.smooth.addEventListener("change", () => onChange({ filter: this.smooth.checked ? "linear" : "nearest" }));
+    this.lit.addEventListener("change", () => onChange({ lit: this.lit.checked }));
+    this.iso.addEventListener("input", () => onChange({ iso: this.isoAt(Number(this.iso.value)) }));
+    this.iso.addEventListener("dblclick", () => onChange({ iso: null }));
+    this.preset.addEventListener("change", () => {
+      const tf = kPresets.find((known) => known === this.preset.value);
+      if (tf !== undefined) onChange({ tf });
+    });
     this.extinction.addEventListener("input", () => onChange({ extinction: extinctionAt(Number(this.extinction.value)) }));
     this.extinction.addEventListener("dblclick", () => onChange({ extinction: 0.2 }));
     this.backgrounds.addEventListener("change", (event) => {
@@ -34,6 +51,16 @@ export class Controls {
   // `isColoured`: the volume is rgba8; only those have an extinction, and only blending uses it.
   show(view: ViewState, isColoured: boolean): void {
     for (const input of this.modes.querySelectorAll("input")) input.checked = input.value === view.mode;
+    this.smooth.checked = view.filter === "linear";
+    this.lit.checked = view.lit;
+    this.isoRange = view.range;
+    const iso = view.iso ?? (view.range[0] + view.range[1]) / 2;
+    this.isoBlock.hidden = view.mode !== "iso";
+    this.iso.value = String(positionIn(this.isoRange, iso));
+    this.isoValue.textContent = formatValue(iso);
+    this.iso.setAttribute("aria-valuetext", formatValue(iso));
+    this.presetBlock.hidden = isColoured || view.mode === "blocks";
+    this.preset.value = view.tf;
     this.extinctionBlock.hidden = !isColoured || view.mode !== "blend";
     this.extinction.value = String(positionOfExtinction(view.extinction));
     this.extinctionValue.textContent = formatValue(view.extinction);
@@ -46,6 +73,16 @@ export class Controls {
     this.ownBackground.value = `#${view.background}`;
     this.ownBackground.classList.toggle("chosen", !isPreset);
   }
+
+  // Four digits are enough to come back to a value.
+  private isoAt(position: number): number {
+    const [lo, hi] = this.isoRange;
+    return Number((lo + ((hi - lo) * position) / 1000).toPrecision(4));
+  }
+}
+
+function positionIn([lo, hi]: Range, value: number): number {
+  return hi > lo ? Math.round((1000 * (value - lo)) / (hi - lo)) : 500;
 }
 
 // Slider positions 0..1000, logarithmic: extinction is felt in factors. Two digits are enough to come back to a value.

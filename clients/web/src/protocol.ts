@@ -12,8 +12,12 @@ import { parseVolumeInfo, type VolumeInfo } from "./volume_info";
 export const kSubprotocol = "blockwalk.v1";
 const kMaxHeaderBytes = 65536;
 
-export const kModes = ["blend", "first-hit", "blocks"] as const;
+export const kModes = ["blend", "first-hit", "iso", "mip", "mean", "blocks"] as const;
 export type Mode = (typeof kModes)[number];
+export const kFilters = ["nearest", "linear"] as const;
+export type Filter = (typeof kFilters)[number];
+export const kPresets = ["auto", "grey", "viridis", "cividis", "inferno", "ct-bone", "ct-soft-tissue", "angiography"] as const;
+export type Preset = (typeof kPresets)[number];
 
 // RFC 9457, with the view member that is to blame.
 export interface Problem {
@@ -54,6 +58,10 @@ export interface ViewMembers {
   readonly fov?: number;
   readonly range?: readonly [number, number];
   readonly mode?: Mode;
+  readonly iso?: number | "auto";
+  readonly filter?: Filter;
+  readonly lit?: boolean;
+  readonly tf?: Preset;
   readonly extinction?: number;
   readonly background?: string;
 }

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The view as text: the address' fragment, and the query of an image. Names and forms are the interface's:
 // volume=fossil&eye=1,2,3&target=0,0,0&up=0,1,0&range=10:200&mode=blend&extinction=0.2&background=000000
+// What is as a new view has it may be left out: iso, filter, lit and tf are.
 
 import { isUsable } from "./camera";
-import { kModes } from "./protocol";
+import { kFilters, kModes, kPresets } from "./protocol";
 import type { Vec3 } from "./vector";
 import type { ViewOverrides, ViewState } from "./view_state";
 
@@ -33,6 +34,10 @@ function viewParts(view: ViewState, isColoured: boolean): string[] {
     // Every digit: a rounded bound could leave out the very voxels it names.
     `range=${view.range[0]}:${view.range[1]}`,
     `mode=${view.mode}`,
+    ...(view.iso === null ? [] : [`iso=${view.iso}`]),
+    ...(view.filter === "nearest" ? [] : [`filter=${view.filter}`]),
+    ...(view.lit ? ["lit=on"] : []),
+    ...(isColoured || view.tf === "auto" ? [] : [`tf=${view.tf}`]),
     ...(isColoured ? [`extinction=${compact(view.extinction)}`] : []),
     `background=${view.background}`,
   ];
@@ -52,7 +57,13 @@ export function parseFragment(fragment: string): AddressState {
   const target = read("target", parseVec3, "three numbers x,y,z");
   const up = read("up", parseVec3, "three numbers x,y,z");
   const range = read("range", parseRange, "two numbers lo:hi, lo not above hi");
-  const mode = read("mode", (text) => kModes.find((known) => known === text) ?? null, kModes.join(", "));
+  const choice = <T extends string>(name: string, known: readonly T[]): T | null =>
+    read(name, (text) => known.find((value) => value === text) ?? null, known.join(", "));
+  const mode = choice("mode", kModes);
+  const filter = choice("filter", kFilters);
+  const lit = choice("lit", ["on", "off"]);
+  const tf = choice("tf", kPresets);
+  const iso = read("iso", parseNumber, "a number");
   const extinction = read("extinction", parsePositive, "a number above 0");
   const background = read("background", parseColour, "a colour rrggbb");
   // Half a camera says nothing: it counts only when all of it is there.
@@ -65,6 +76,10 @@ export function parseFragment(fragment: string): AddressState {
       ...(camera && usable && { camera }),
       ...(range && { range }),
       ...(mode && { mode }),
+      ...(iso !== null && { iso }),
+      ...(filter && { filter }),
+      ...(lit && { lit: lit === "on" }),
+      ...(tf && { tf }),
       ...(extinction && { extinction }),
       ...(background && { background }),
     },
@@ -94,9 +109,13 @@ function parseRange(text: string): readonly [number, number] | null {
   return lo === undefined || hi === undefined || lo > hi ? null : [lo, hi];
 }
 
+function parseNumber(text: string): number | null {
+  return parseNumbers(text, ",", 1)?.[0] ?? null;
+}
+
 function parsePositive(text: string): number | null {
-  const [value] = parseNumbers(text, ",", 1) ?? [];
-  return value !== undefined && value > 0 ? value : null;
+  const value = parseNumber(text);
+  return value !== null && value > 0 ? value : null;
 }
 
 function parseColour(text: string): string | null {

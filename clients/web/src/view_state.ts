@@ -2,7 +2,7 @@
 // What the page asks for: one immutable value, and the difference between two of them as a view message.
 
 import { refitted, type Camera } from "./camera";
-import type { Mode, ViewMembers } from "./protocol";
+import type { Filter, Mode, Preset, ViewMembers } from "./protocol";
 import type { Range, VolumeInfo } from "./volume_info";
 
 export type Size = readonly [width: number, height: number];
@@ -13,11 +13,15 @@ export interface ViewState {
   readonly fovDegrees: number;
   readonly range: Range;
   readonly mode: Mode;
+  readonly iso: number | null; // mode iso; null: the middle of the range
+  readonly filter: Filter;
+  readonly lit: boolean;
   readonly extinction: number; // only rgba8 volumes have one
+  readonly tf: Preset; // only scalar volumes have one
   readonly background: string; // rrggbb
 }
 
-export type ViewOverrides = Partial<Pick<ViewState, "camera" | "range" | "mode" | "extinction" | "background">>;
+export type ViewOverrides = Partial<Omit<ViewState, "size" | "fovDegrees">>;
 
 export const kDefaultExtinction = 0.2;
 export const kDefaultBackground = "000000";
@@ -32,6 +36,10 @@ export function initialView(volume: VolumeInfo, size: Size, overrides: ViewOverr
     fovDegrees: volume.defaultView.fovDegrees,
     range: volume.defaultView.range,
     mode: "blend",
+    iso: null,
+    filter: "nearest",
+    lit: false,
+    tf: "auto",
     extinction: kDefaultExtinction,
     background: kDefaultBackground,
     ...overrides,
@@ -49,7 +57,7 @@ export function pictureSize(cssWidth: number, cssHeight: number, pixelRatio: num
 }
 
 // The members that differ; all of them where there is no previous view. `isColoured`: the volume is rgba8, so has an
-// extinction; for others that member is never sent.
+// extinction and no transfer function; others have it the other way round.
 export function changedMembers(previous: ViewState | null, next: ViewState, isColoured: boolean): ViewMembers {
   const differs = <T>(pick: (view: ViewState) => T): boolean =>
     previous === null || JSON.stringify(pick(previous)) !== JSON.stringify(pick(next));
@@ -61,7 +69,11 @@ export function changedMembers(previous: ViewState | null, next: ViewState, isCo
     ...(differs((v) => v.fovDegrees) && { fov: next.fovDegrees }),
     ...(differs((v) => v.range) && { range: next.range }),
     ...(differs((v) => v.mode) && { mode: next.mode }),
+    ...(differs((v) => v.iso) && { iso: next.iso ?? "auto" }),
+    ...(differs((v) => v.filter) && { filter: next.filter }),
+    ...(differs((v) => v.lit) && { lit: next.lit }),
     ...(isColoured && differs((v) => v.extinction) && { extinction: next.extinction }),
+    ...(!isColoured && differs((v) => v.tf) && { tf: next.tf }),
     ...(differs((v) => v.background) && { background: next.background }),
   };
 }

@@ -114,10 +114,19 @@ test("moving a thumb of the range changes the picture", () => open("", async (pa
 }));
 
 test("every mode draws, and on any background", () => open("#background=ffffff", async (page) => {
-  for (const mode of ["first-hit", "blocks", "blend"]) {
+  for (const mode of ["first-hit", "iso", "mip", "mean", "blocks", "blend"]) {
     await changeAndSettle(page, () => page.check(`input[value=${mode}]`));
     assert.ok(shareOtherThan(await readPicture(page), [255, 255, 255]) > 0.02, mode);
   }
+}));
+
+test("light and smoothing change the picture", () => open("#mode=first-hit", async (page) => {
+  const plain = await readPicture(page);
+  await changeAndSettle(page, () => page.check("#lit"));
+  const lit = await readPicture(page);
+  assert.ok(difference(plain, lit) > 0.02);
+  await changeAndSettle(page, () => page.check("#smooth"));
+  assert.ok(difference(lit, await readPicture(page)) > 0.005);
 }));
 
 test("the address restores the picture", () => open("", async (page) => {

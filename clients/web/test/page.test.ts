@@ -128,6 +128,21 @@ test("mode, extinction and background are sent, and stand in the address", () =>
   await screenshot(page, "white");
 }));
 
+test("light, smoothing and the surface's value are sent, and stand in the address", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  assert.equal(await page.locator("#iso").isVisible(), false);
+  await changeAndSettle(page, () => page.check("input[value=iso]"));
+  await changeAndSettle(page, () => page.check("#smooth"));
+  await changeAndSettle(page, () => page.check("#lit"));
+  await changeAndSettle(page, () => page.locator("#iso").fill("250"));
+  const { mode, filter, lit, iso } = Object.assign({}, ...mock.views) as Record<string, unknown>;
+  assert.deepEqual({ mode, filter, lit, iso }, { mode: "iso", filter: "linear", lit: true, iso: 70 });
+  const address = await readAddress(page);
+  assert.deepEqual([address.get("filter"), address.get("lit"), address.get("iso")], ["linear", "on", "70"]);
+  assert.equal(await page.locator("#preset").isVisible(), false, "colours are the volume's own");
+  await screenshot(page, "surface");
+}));
+
 test("a scalar volume has no extinction, and the choice is in the address and the history", () => run({}, async ({ page, mock }) => {
   await waitForFinal(page);
   await page.click("[data-volume=vessels]");
@@ -135,6 +150,9 @@ test("a scalar volume has no extinction, and the choice is in the address and th
   await waitForFinal(page);
   assert.equal("extinction" in (mock.views.at(-1) ?? {}), false);
   assert.equal(await page.locator("#extinction").isVisible(), false);
+  await changeAndSettle(page, async () => void (await page.selectOption("#preset", "viridis")));
+  assert.equal(mock.views.at(-1)?.["tf"], "viridis");
+  assert.equal((await readAddress(page)).get("tf"), "viridis");
   assert.equal((await readAddress(page)).get("volume"), "vessels");
   await page.goBack();
   await page.waitForFunction(() => document.title.startsWith("fossil"));

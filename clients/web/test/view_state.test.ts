@@ -14,7 +14,7 @@ const kView = initialView(kVolume, [800, 600], {});
 
 test("a first message has the whole view, a later one only what changed", () => {
   const whole = changedMembers(null, kView, true);
-  assert.deepEqual(Object.keys(whole), ["size", "eye", "target", "up", "fov", "range", "mode", "extinction", "background"]);
+  assert.deepEqual(Object.keys(whole), ["size", "eye", "target", "up", "fov", "range", "mode", "iso", "filter", "lit", "extinction", "background"]);
   assert.deepEqual(changedMembers(kView, { ...kView, range: [20, 250] }, true), { range: [20, 250] });
   const moved = { ...kView, camera: { ...kView.camera, eye: [1, 2, 3] as const } };
   assert.deepEqual(changedMembers(kView, moved, true), { eye: [1, 2, 3] });
@@ -24,6 +24,8 @@ test("a first message has the whole view, a later one only what changed", () => 
 test("a volume without extinction is sent none", () => {
   assert.equal("extinction" in changedMembers(null, kView, false), false);
   assert.deepEqual(changedMembers(kView, { ...kView, extinction: 3 }, false), {});
+  assert.deepEqual(changedMembers(kView, { ...kView, tf: "viridis" }, false), { tf: "viridis" });
+  assert.deepEqual(changedMembers(kView, { ...kView, tf: "viridis" }, true), {});
 });
 
 test("the picture is in device pixels, within four million and 8192 a side", () => {
@@ -40,12 +42,19 @@ test("the picture is in device pixels, within four million and 8192 a side", () 
 test("the address gives back the view", () => {
   const view = initialView(kVolume, [800, 600], {
     camera: { eye: [1.25, -2.5, 1e-7], target: [0, 0.5, 100000], up: [0, 1, 0] },
-    range: [10.123456789012, 200], mode: "first-hit", extinction: 0.75, background: "1c232b",
+    range: [10.123456789012, 200], mode: "first-hit", extinction: 0.75, background: "1c232b", iso: -3.25, filter: "linear", lit: true,
   });
   const { volume, overrides, faults } = parseFragment(formatFragment("a b&c", view, true));
   assert.equal(volume, "a b&c");
   assert.deepEqual(faults, []);
   assert.deepEqual(initialView(kVolume, [800, 600], overrides), view);
+});
+
+test("a scalar volume's colours stand in the address", () => {
+  const view = initialView(kVolume, [800, 600], { tf: "ct-bone" });
+  assert.match(formatFragment("a", view, false), /&tf=ct-bone&/);
+  assert.deepEqual(parseFragment("tf=ct-bone&lit=off").overrides, { tf: "ct-bone", lit: false });
+  assert.doesNotMatch(formatFragment("a", view, true), /tf=/);
 });
 
 test("an empty address asks for nothing", () => {
@@ -56,7 +65,7 @@ test("an empty address asks for nothing", () => {
 test("what the address gets wrong is named and left out", () => {
   for (const [fragment, field] of [
     ["eye=1,2&target=0,0,0&up=0,1,0", "eye"], ["eye=1,2,x&target=0,0,0&up=0,1,0", "eye"], ["range=9:3", "range"],
-    ["range=,3", "range"], ["range=NaN:3", "range"], ["range=1:Infinity", "range"], ["mode=xray", "mode"],
+    ["range=,3", "range"], ["range=NaN:3", "range"], ["range=1:Infinity", "range"], ["mode=xray", "mode"], ["filter=cubic", "filter"], ["lit=1", "lit"], ["tf=jet", "tf"], ["iso=", "iso"],
     ["extinction=-1", "extinction"], ["extinction=", "extinction"], ["background=red", "background"],
     ["eye=0,0,0&target=0,0,0&up=0,1,0", "eye"], ["eye=0,4,0&target=0,0,0&up=0,1,0", "eye"],
   ] as const) {
