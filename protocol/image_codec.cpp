@@ -5,10 +5,12 @@
 #include <turbojpeg.h>
 
 #include <algorithm>
+#include <bit>
 #include <csetjmp>
 #include <cstring>
 #include <memory>
 
+#include "protocol/output_picture.h"
 #include "volume/error.h"
 
 namespace blockwalk {
@@ -46,8 +48,17 @@ void failPng(png_structp png, png_const_charp message) {
 
 void ignoreWarning(png_structp, png_const_charp) {}
 
-// Only trivially destructible locals here: libpng leaves by longjmp. `row` holds one row of the written format.
-bool writePng(PngOutput& output, const Frame& frame, bool opaque, png_byte* row) {
+struct PngShape {
+  int width = 0;
+  int height = 0;
+  int bits = 8;
+  int color_type = PNG_COLOR_TYPE_RGB;
+};
+
+// `fillRow(y, row)` writes a row of the format's bytes. Only trivially destructible locals here: libpng leaves by
+// longjmp.
+template <typename FillRow>
+bool writePng(PngOutput& output, const PngShape& shape, const FillRow& fill_row, png_byte* row) {
   png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &output, failPng, ignoreWarning);
   if (png == nullptr) return false;
   png_infop info = png_create_info_struct(png);
@@ -56,22 +67,13 @@ bool writePng(PngOutput& output, const Frame& frame, bool opaque, png_byte* row)
     return false;
   }
   png_set_write_fn(png, &output, appendPng, flushPng);
-  const auto width = static_cast<png_uint_32>(frame.width);
-  png_set_IHDR(png, info, width, static_cast<png_uint_32>(frame.height), 8,
-               opaque ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGBA, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT,
-               PNG_FILTER_TYPE_DEFAULT);
+  png_set_IHDR(png, info, static_cast<png_uint_32>(shape.width), static_cast<png_uint_32>(shape.height), shape.bits,
+               shape.color_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_compression_level(png, kPngLevel);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_write_info(png, info);
-  const std::uint32_t* pixel = frame.pixels.data();
-  const int channels = opaque ? 3 : 4;
-  for (int y = 0; y < frame.height; ++y) {
-    png_byte* out = row;
-    for (int x = 0; x < frame.width; ++x, ++pixel, out += channels) {
-      for (int channel = 0; channel < channels; ++channel) {
-        out[channel] = static_cast<png_byte>(*pixel >> (8 * channel) & 0xff);
-      }
-    }
+  for (int y = 0; y < shape.height; ++y) {
+    fill_row(y, row);
     png_write_row(png, row);
   }
   png_write_end(png, nullptr);
@@ -79,18 +81,50 @@ bool writePng(PngOutput& output, const Frame& frame, bool opaque, png_byte* row)
   return true;
 }
 
-bool isOpaque(const Frame& frame) {
-  return std::all_of(frame.pixels.begin(), frame.pixels.end(), [](std::uint32_t pixel) { return pixel >> 24 == 255; });
+using Pixels = std::span<const std::uint32_t>;
+
+bool isOpaque(Pixels pixels) {
+  return std::ranges::all_of(pixels, [](std::uint32_t pixel) { return pixel >> 24 == 255; });
 }
 
-std::vector<std::byte> encodePng(const Frame& frame) {
-  const bool opaque = isOpaque(frame);
-  std::vector<png_byte> row(static_cast<std::size_t>(frame.width) * 4);
+template <typename FillRow>
+std::vector<std::byte> finishPng(const PngShape& shape, const FillRow& fill_row) {
+  std::vector<png_byte> row(static_cast<std::size_t>(shape.width) * 4);
   PngOutput output;
-  if (!writePng(output, frame, opaque, row.data())) {
+  if (!writePng(output, shape, fill_row, row.data())) {
     failData("png: {}", output.error != nullptr ? output.error : "libpng could not start");
   }
   return std::move(output.bytes);
+}
+
+std::vector<std::byte> encodePng(const Frame& frame, Pixels pixels) {
+  const bool opaque = isOpaque(pixels);
+  const std::size_t channels = opaque ? 3 : 4;
+  const auto width = static_cast<std::size_t>(frame.width);
+  const PngShape shape{.width = frame.width,
+                       .height = frame.height,
+                       .bits = 8,
+                       .color_type = opaque ? PNG_COLOR_TYPE_RGB : PNG_COLOR_TYPE_RGBA};
+  return finishPng(shape, [&](int y, png_byte* out) {
+    for (std::uint32_t pixel : pixels.subspan(static_cast<std::size_t>(y) * width, width)) {
+      for (std::size_t channel = 0; channel < channels; ++channel) {
+        *out++ = static_cast<png_byte>(pixel >> (8 * channel) & 0xff);
+      }
+    }
+  });
+}
+
+// PNG is big endian.
+std::vector<std::byte> encodeDepthPng(const Frame& frame) {
+  const std::vector<std::uint16_t> picture = depthPicture(frame);
+  const auto width = static_cast<std::size_t>(frame.width);
+  const PngShape shape{.width = frame.width, .height = frame.height, .bits = 16, .color_type = PNG_COLOR_TYPE_GRAY};
+  return finishPng(shape, [&](int y, png_byte* out) {
+    for (std::uint16_t depth : std::span(picture).subspan(static_cast<std::size_t>(y) * width, width)) {
+      *out++ = static_cast<png_byte>(depth >> 8);
+      *out++ = static_cast<png_byte>(depth & 0xff);
+    }
+  });
 }
 
 struct JpegDelete {
@@ -107,18 +141,18 @@ std::uint32_t overBlack(std::uint32_t pixel) {
   return out;
 }
 
-std::vector<std::byte> encodeJpeg(const Frame& frame, int quality) {
+std::vector<std::byte> encodeJpeg(const Frame& frame, Pixels source, int quality) {
   const std::unique_ptr<void, JpegDelete> compressor(tjInitCompress());
   if (!compressor) failData("jpeg: libturbojpeg could not start");
   unsigned char* allocated = nullptr;
   unsigned long size = 0;
   const int subsampling = quality >= kFullChromaQuality ? TJSAMP_444 : TJSAMP_420;
   std::vector<std::uint32_t> composited;
-  if (!isOpaque(frame)) {
-    composited.resize(frame.pixels.size());
-    std::transform(frame.pixels.begin(), frame.pixels.end(), composited.begin(), overBlack);
+  if (!isOpaque(source)) {
+    composited.resize(source.size());
+    std::ranges::transform(source, composited.begin(), overBlack);
+    source = composited;
   }
-  const auto& source = composited.empty() ? frame.pixels : composited;
   const auto* pixels = reinterpret_cast<const unsigned char*>(source.data());
   const int failed = tjCompress2(compressor.get(), pixels, frame.width, frame.width * 4, frame.height, TJPF_RGBX,
                                  &allocated, &size, subsampling, quality, TJFLAG_FASTDCT);
@@ -128,26 +162,43 @@ std::vector<std::byte> encodeJpeg(const Frame& frame, int quality) {
   return {begin, begin + size};
 }
 
-std::vector<std::byte> encodeRaw(const Frame& frame) {
-  std::vector<std::byte> bytes(frame.pixels.size() * sizeof(std::uint32_t));
-  std::memcpy(bytes.data(), frame.pixels.data(), bytes.size());
-  return bytes;
+static_assert(std::endian::native == std::endian::little);
+
+template <typename Value>
+std::vector<std::byte> encodeRaw(std::span<const Value> values) {
+  const auto bytes = std::as_bytes(values);
+  return {bytes.begin(), bytes.end()};
+}
+
+std::vector<std::byte> encodeColor(const Frame& frame, Pixels pixels, ImageFormat format, int quality) {
+  switch (format) {
+    case ImageFormat::png:
+      return encodePng(frame, pixels);
+    case ImageFormat::jpeg:
+      return encodeJpeg(frame, pixels, quality);
+    case ImageFormat::raw:
+      return encodeRaw(pixels);
+  }
+  failData("format: no such image format");
 }
 
 }  // namespace
 
 std::vector<std::byte> encodeImage(const Frame& frame, ImageFormat format, int quality) {
   const auto pixels = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
-  BLOCKWALK_CHECK(frame.pixels.size(), ==, pixels);
-  switch (format) {
-    case ImageFormat::png:
-      return encodePng(frame);
-    case ImageFormat::jpeg:
-      return encodeJpeg(frame, quality);
-    case ImageFormat::raw:
-      return encodeRaw(frame);
+  if (frame.output == Output::color) {
+    BLOCKWALK_CHECK(frame.pixels.size(), ==, pixels);
+    return encodeColor(frame, frame.pixels, format, quality);
   }
-  failData("format: no such image format");
+  BLOCKWALK_CHECK(frame.values.size(), ==, pixels * static_cast<std::size_t>(rawPixel(frame.output).channels));
+  if (format == ImageFormat::raw) return encodeRaw(std::span(frame.values));
+  if (format == ImageFormat::png && frame.output == Output::depth) return encodeDepthPng(frame);
+  return encodeColor(frame, outputPicture(frame), format, quality);
+}
+
+RawPixel rawPixel(Output output) {
+  if (output == Output::color) return {};
+  return {.channels = output == Output::position ? 3 : 1, .type = "f32"};
 }
 
 std::string_view imageMimeType(ImageFormat format) {

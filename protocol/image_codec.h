@@ -15,10 +15,19 @@ namespace blockwalk {
 // jpeg: `quality` 1..100; 4:4:4 from quality 90 on, else 4:2:0. It has no opacity: the
 // frame is composited over black.
 // raw: rows of rgba8, width * height * 4 bytes.
+// Where the output is not color: raw is rows of Frame::values, f32 little endian; png and jpeg hold what
+// output_picture.h makes of them, depth as 16-bit grey in png and 8-bit grey in jpeg.
 // The frame must be complete (pixels = width * height, sides 1..8192). Throws DataError when the codec refuses.
 std::vector<std::byte> encodeImage(const Frame& frame, ImageFormat format, int quality);
 
 std::string_view imageMimeType(ImageFormat format);
 std::string_view imageFormatName(ImageFormat format);  // as in a view's `format`
+
+// What a pixel of `raw` holds.
+struct RawPixel {
+  int channels = 4;
+  std::string_view type = "u8";  // u8 or f32
+};
+RawPixel rawPixel(Output output);
 
 }  // namespace blockwalk

@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "protocol/image_codec.h"
+
 namespace blockwalk {
 
 nlohmann::json statsJson(const RenderStats& stats) {
@@ -20,6 +22,11 @@ nlohmann::json statsJson(const RenderStats& stats) {
           {"kernel", stats.kernel},
           {"loop_bound_hits", stats.loop_bound_hits},
           {"non_finite", stats.non_finite}};
+}
+
+nlohmann::json rawJson(const View& view) {
+  const RawPixel pixel = rawPixel(view.output);
+  return {{"width", view.width}, {"height", view.height}, {"channels", pixel.channels}, {"type", pixel.type}};
 }
 
 nlohmann::json deviceJson(const DeviceInfo& device) {

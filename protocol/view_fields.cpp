@@ -142,11 +142,10 @@ constexpr std::array kFields = {
               [](ImageRequest& request, Text text) { request.view.walk = parseSwitch("walk", text); }},
     ViewField{"cull", "on|off", "skip what masks and ranges exclude (on)",
               [](ImageRequest& request, Text text) { request.view.cull = parseSwitch("cull", text); }},
-    ViewField{"output", "color", "what a pixel holds (color)",
-              [](ImageRequest&, Text text) {
-                if (text != "color") failValue("output", "this version supports color", text);
-              }},
-    ViewField{"format", "FORMAT", "png, jpeg or raw (rows of rgba8) (png)",
+    ViewField{
+        "output", "OUTPUT", "what a pixel holds: color, depth, position or cost (color)",
+        [](ImageRequest& request, Text text) { request.view.output = parseChoice("output", text, kOutputChoices); }},
+    ViewField{"format", "FORMAT", "png, jpeg or raw (rows of rgba8, or of f32 where output is not color) (png)",
               [](ImageRequest& request, Text text) { request.format = parseChoice("format", text, kFormatChoices); }},
     ViewField{"quality", "1..100", "jpeg quality (85)",
               [](ImageRequest& request, Text text) { request.quality = parseInteger("quality", text, 1, 100); }},

@@ -21,16 +21,6 @@ glm::dmat4 levelFromWorld(const VolumeInfo& info, int level) {
   return matrix;
 }
 
-// How far before the eye the rays are anchored: at the volume when the eye is outside its bounding sphere, so that rays
-// differ in small numbers there; at the eye when it is near or inside.
-double anchorDepth(const Camera& camera, const WorldBox& box) {
-  const glm::dvec3 center = 0.5 * (box.min + box.max);
-  const double depth = glm::dot(center - camera.eye, camera.forward);
-  if (camera.orthographic) return depth;
-  const double radius = 0.5 * glm::length(box.max - box.min);
-  return depth > radius ? depth : 0;
-}
-
 void setRays(const Camera& camera, const VolumeInfo& info, const glm::dmat4& level_from_world,
              gpu::FrameParams& params) {
   const glm::dmat3 linear(level_from_world);
@@ -82,6 +72,14 @@ void setLight(const Camera& camera, const VolumeInfo& info, const glm::dmat3& li
 }
 
 }  // namespace
+
+double anchorDepth(const Camera& camera, const WorldBox& box) {
+  const glm::dvec3 center = 0.5 * (box.min + box.max);
+  const double depth = glm::dot(center - camera.eye, camera.forward);
+  if (camera.orthographic) return depth;
+  const double radius = 0.5 * glm::length(box.max - box.min);
+  return depth > radius ? depth : 0;
+}
 
 gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const Plan& plan) {
   gpu::FrameParams params{};

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <cstring>
 
 namespace blockwalk {
 namespace {
@@ -127,7 +126,8 @@ double FrameRenderer::runBand(const Plan& plan, int width, int row_begin, int ro
   return static_cast<double>(elapsed) * device_.timestampPeriodNs() * 1e-6;
 }
 
-void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, Frame& frame) {
+void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values,
+                              Frame& frame) {
   const auto width = static_cast<std::size_t>(frame.width);
   const int most_rows = static_cast<int>(std::max<std::size_t>(1, kMaxBandPixels / width));
   int last_rows = 0;
@@ -144,7 +144,12 @@ void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, Fr
     const double ms = runBand(plan, frame.width, row, rows);
     const std::size_t pixels = width * static_cast<std::size_t>(rows);
     const std::size_t first = width * static_cast<std::size_t>(row);
-    std::memcpy(frame.pixels.data() + first, pixels_.mapped().data(), pixels * sizeof(std::uint32_t));
+    const auto words = pixels_.mappedAs<std::uint32_t>().first(pixels);
+    if (frame.output == Output::color) {
+      std::ranges::copy(words, frame.pixels.begin() + static_cast<std::ptrdiff_t>(first));
+    } else {
+      values.fromWords(words, row, frame);
+    }
     if (options.probe) {
       const auto probes = probes_.mappedAs<gpu::GpuProbe>();
       std::transform(probes.begin(), probes.begin() + static_cast<std::ptrdiff_t>(pixels),
@@ -175,7 +180,8 @@ Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const Render
   Frame frame;
   frame.width = view.width;
   frame.height = view.height;
-  frame.pixels.resize(pixels);
+  const OutputValues values(view, volume.info());
+  values.prepare(frame);
   if (options.probe) frame.probes.resize(pixels);
   RenderStats& stats = frame.stats;
   stats.rays = pixels;
@@ -185,13 +191,13 @@ Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const Render
   stats.level = plan.level;
   stats.kernel = plan.is_blank ? "blank" : describe(plan.key);
   if (plan.is_blank) {
-    fillBackground(view, frame);
+    if (view.output == Output::color) fillBackground(view, frame);
   } else {
     reserveOutputs(pixels, options.probe);
     params_.mappedAs<gpu::FrameParams>()[0] = bindVolume(volume, view, plan);
     const auto counters = counters_.mappedAs<gpu::GpuCounters>();
     counters[0] = {};
-    drawBands(plan, options, frame);
+    drawBands(plan, options, values, frame);
     stats.queries = sum(counters[0].queries);
     stats.block_visits = sum(counters[0].block_visits);
     stats.subblock_visits = sum(counters[0].subblock_visits);

@@ -4,6 +4,7 @@
 
 #include "renderer/frame_params.h"
 #include "renderer/kernels.h"
+#include "renderer/output_values.h"
 #include "renderer/resident_volume.h"
 #include "renderer/transfer_table.h"
 
@@ -23,7 +24,7 @@ class FrameRenderer {
   DeviceTraits traits() const;
   void reserveOutputs(std::size_t pixels, bool probe);
   double runBand(const Plan& plan, int width, int row_begin, int row_count);
-  void drawBands(const Plan& plan, const RenderOptions& options, Frame& frame);
+  void drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values, Frame& frame);
 
   // What a baked transfer function depends on, and its tables on the device.
   struct TableKey {

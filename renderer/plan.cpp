@@ -67,6 +67,11 @@ Finder chooseFinder(const View& view, const VolumeInfo& info, int level, const D
   return can_query && !device.software ? Finder::query : Finder::grid;
 }
 
+std::uint32_t kernelOutput(Output output) {
+  if (output == Output::color) return gpu::kOutputColor;
+  return output == Output::cost ? gpu::kOutputCost : gpu::kOutputPoint;
+}
+
 // World corners of the volume's box.
 std::array<glm::dvec3, 8> cornersOf(const VolumeInfo& info) {
   std::array<glm::dvec3, 8> corners;
@@ -105,6 +110,8 @@ std::string describe(const KernelKey& key) {
   add(key.classification, "pre-integrated");
   add(key.lit, "lit");
   add(key.opaque_background == 0 ? 1 : 0, "transparent");
+  static constexpr std::string_view kOutputs[] = {"", "point", "cost"};
+  add(key.output, kOutputs[key.output]);
   add(key.count, "count");
   add(key.probe, "probe");
   return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
@@ -182,7 +189,8 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   plan.needs_grid = finder == Finder::grid;
   plan.needs_instances = finder == Finder::query;
   const bool blocks = view.mode == Mode::blocks;
-  const bool lit = view.lit && (looksAtOpacity(view) || view.mode == Mode::iso);
+  const bool colored = view.output == Output::color;
+  const bool lit = view.lit && colored && (looksAtOpacity(view) || view.mode == Mode::iso);
   const bool linear = view.filter == Filter::linear && !blocks;
   plan.needs_apron = linear || lit;
   plan.needs_integrals = view.classification == Classification::pre_integrated;
@@ -201,12 +209,13 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   const bool density_tests = !isScalar(info) && open && info.empty_threshold == 0 && view.mode == Mode::blend;
   key.test_voxel = !blocks && !table_tests && !density_tests ? 1 : 0;
   key.clip = plan.planes.empty() ? 0 : 1;
-  key.opaque_background = view.background[3] == 255 ? 1 : 0;
+  key.opaque_background = !colored || view.background[3] == 255 ? 1 : 0;
   key.subblock_side = static_cast<std::uint32_t>(info.subblock_side);
   key.block_side = static_cast<std::uint32_t>(info.block_side);
   key.filter = static_cast<std::uint32_t>(linear ? Filter::linear : Filter::nearest);
   key.lit = lit ? 1 : 0;
   key.classification = static_cast<std::uint32_t>(view.classification);
+  key.output = kernelOutput(view.output);
   key.count = count ? 1 : 0;
   key.probe = probe ? 1 : 0;
   return plan;

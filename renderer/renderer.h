@@ -74,7 +74,15 @@ struct Frame {
   std::vector<std::uint32_t> pixels;  // straight rgba8, red in the lowest byte
   std::vector<Probe> probes;
   RenderStats stats;
-  bool cancelled = false;  // then pixels are incomplete
+  bool cancelled = false;  // then pixels and values are incomplete
+  Output output = Output::color;
+  // Instead of pixels, where output is not color, row by row: depth (1 a pixel, +infinity: nothing), position (3, NaN:
+  // nothing), cost (1, whole numbers).
+  std::vector<float> values{};
+  // What a picture of the values runs over: x: the nearest and farthest depth of the volume's box that are before the
+  // eye; the corners of its world box; nothing for cost.
+  glm::dvec3 values_min{0};
+  glm::dvec3 values_max{0};
 };
 
 struct RenderOptions {

@@ -109,6 +109,14 @@ void checkClip(const View& view) {
   }
 }
 
+void checkOutput(const View& view) {
+  const bool needs_point = view.output == Output::depth || view.output == Output::position;
+  if (needs_point && (view.mode == Mode::mean || view.mode == Mode::blocks)) {
+    throw ViewError("output",
+                    "depth and position are of a point, and this mode shows none: use blend, first-hit, iso or mip");
+  }
+}
+
 }  // namespace
 
 View resolveView(const View& view, const VolumeInfo& info) {
@@ -134,6 +142,7 @@ View resolveView(const View& view, const VolumeInfo& info) {
   }
   checkTransfer(resolved);
   checkClip(resolved);
+  checkOutput(resolved);
   const auto levels = static_cast<int>(info.levels.size());
   if (resolved.level != kAutoLevel && (resolved.level < 0 || resolved.level >= levels)) {
     throw ViewError("level", fmt::format("{} is not within 0..{}", resolved.level, levels - 1));

@@ -30,6 +30,8 @@ enum class TransferPreset : std::uint8_t {
   angiography
 };
 enum class Classification : std::uint8_t { post, pre_integrated };
+// What a pixel holds; all but color as numbers (Frame::values).
+enum class Output : std::uint8_t { color, depth, position, cost };
 enum class Finder : std::uint8_t { automatic, query, grid };
 
 constexpr int kMaxImageSide = 8192;
@@ -93,6 +95,7 @@ struct View {
   Finder finder = Finder::automatic;
   bool walk = true;
   bool cull = true;
+  Output output = Output::color;
   bool operator==(const View&) const = default;
 };
 
@@ -116,7 +119,7 @@ struct ViewError : DataError {
 
 // Fills every absent member from the volume: eye, target, up, range, iso, transfer. Throws ViewError where the view is
 // undefined for this volume: eye = target, up parallel to the view, range inverted, a transfer function for rgba8, a
-// level that is not there, a clip box inverted, a plane without a direction.
+// level that is not there, a clip box inverted, a plane without a direction, the depth of a mode that shows no point.
 View resolveView(const View& view, const VolumeInfo& info);
 
 // The camera of a resolved view.

@@ -246,6 +246,9 @@ asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, c
   reply.fields.emplace_back("ETag", job.etag);
   reply.fields.emplace_back("Cache-Control", "no-cache");
   reply.fields.emplace_back("X-Blockwalk-Stats", writeJson(statsJson(made.stats)));
+  if (job.request.format == ImageFormat::raw) {
+    reply.fields.emplace_back("X-Blockwalk-Raw", writeJson(rawJson(job.request.view)));
+  }
   co_return reply;
 }
 

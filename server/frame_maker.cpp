@@ -9,7 +9,11 @@
 namespace blockwalk {
 namespace {
 
-std::int64_t pixelCount(const View& view) { return static_cast<std::int64_t>(view.width) * view.height; }
+// In words of a colour's size; a position has three.
+std::int64_t pixelCount(const View& view) {
+  const std::int64_t words = view.output == Output::position ? 3 : 1;
+  return words * view.width * view.height;
+}
 
 // Gives the pixels back however the coroutine ends. Once encoded, a frame counts as the pixels that its bytes would be.
 class PixelLease {
@@ -52,7 +56,8 @@ EncodeResult encodeTimed(const Frame& frame, ImageFormat format, int quality) {
 }  // namespace
 
 bool FrameMaker::hasRoom(const View& view) const {
-  return state_.pending_pixels + pixelCount(view) <= state_.maxPixels();
+  // One that is larger than all the room goes alone.
+  return state_.pending_pixels == 0 || state_.pending_pixels + pixelCount(view) <= state_.maxPixels();
 }
 
 boost::asio::awaitable<MadeFrame> FrameMaker::make(FrameOrder order) {

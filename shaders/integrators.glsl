@@ -10,6 +10,7 @@ void integrateSubblock(Ray ray, uint block, uint64_t voxels, vec3 corner, float 
   } else {
     integrateLinear(ray, block, voxels, corner, t_begin, t_end, ink, work);
   }
+  settle(ink);
 }
 
 void integrateBlock(Ray ray, uint block, float t_begin, float t_end, inout Ink ink, inout Work work) {
@@ -22,7 +23,7 @@ void integrateBlock(Ray ray, uint block, float t_begin, float t_end, inout Ink i
     uint rank = subblockRank(block, uint(subblocks.index));
     float t_exit = min(subblocks.t_exit, t_end);
     if (rank != kNoSubblock && t_exit > subblocks.t && !subblockIsCulled(first_subblock + rank)) {
-      if (kCount) work.subblock_visits += 1u;
+      if (kTally) work.subblock_visits += 1u;
       integrateSubblock(ray, block, block_voxels + uint64_t(rank) * kSubblockBytes,
                         subblocks.far - side * ray.forward, subblocks.t, t_exit, ink, work);
     }

@@ -29,12 +29,14 @@ layout(constant_id = 10) const int kBlockSide = 6;
 layout(constant_id = 11) const uint kFilter = kFilterNearest;
 layout(constant_id = 12) const bool kLit = false;
 layout(constant_id = 13) const uint kClassification = kClassificationPost;
-layout(constant_id = 14) const bool kCount = true;
-layout(constant_id = 15) const bool kProbe = false;
+layout(constant_id = 14) const uint kOutput = kOutputColor;
+layout(constant_id = 15) const bool kCount = true;
+layout(constant_id = 16) const bool kProbe = false;
 
 const int kBlockVoxels = kBlockSide * kSubblockSide;
 // What interpolates reads subblocks with the ring of one voxel around them (volume/apron.h).
 const bool kApron = kFilter == kFilterLinear || kLit;
+const bool kTally = kCount || kOutput == kOutputCost;  // count a ray's visits and steps
 const int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
@@ -104,7 +106,7 @@ void loadScene() {
   scene.light = frame.light;
 }
 
-// What one ray has done; summed over the frame when kCount is on.
+// What one ray has done; visits and steps when kTally is on, summed over the frame when kCount is.
 struct Work {
   uint queries;
   uint block_visits;

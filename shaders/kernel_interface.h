@@ -43,6 +43,9 @@ BLOCKWALK_CONST uint kFilterNearest = 0;
 BLOCKWALK_CONST uint kFilterLinear = 1;
 BLOCKWALK_CONST uint kClassificationPost = 0;
 BLOCKWALK_CONST uint kClassificationPreIntegrated = 1;
+BLOCKWALK_CONST uint kOutputColor = 0;
+BLOCKWALK_CONST uint kOutputPoint = 1;  // t of the point shown: depth and position are made of it
+BLOCKWALK_CONST uint kOutputCost = 2;
 BLOCKWALK_CONST uint kFinderQuery = 1;
 BLOCKWALK_CONST uint kFinderGrid = 2;
 
@@ -51,6 +54,8 @@ BLOCKWALK_CONST uint kNoSubblock = 255u;  // in GpuBlock::indices
 BLOCKWALK_CONST int kGridTileSide = 8;    // blocks
 BLOCKWALK_CONST int kMaxClipPlanes = 12;  // a clip box's and a view's own
 BLOCKWALK_CONST int kGroupSide = 8;       // pixels; a workgroup is 8x8, a subgroup of 8 lanes 4x2 of them
+// Output point: t where there is nothing to show. Bounds of the traversal are of this size where a ray stands still.
+BLOCKWALK_CONST float kHugeT = 1e30f;
 // A ray whose remaining transmittance is below this stops: at most half an 8-bit step is lost.
 BLOCKWALK_CONST float kTransmittanceBound = 1.0f / 1024.0f;
 
@@ -96,7 +101,7 @@ struct FrameParams {
   uint64_t grid_cells;  // uint[][512]: block index or kNone
   uint64_t table;       // vec4[]: colour, extinction per world unit
   uint64_t integrals;   // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
-  uint64_t pixels;      // uint[], the band's
+  uint64_t pixels;      // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost)
   uint64_t probes;      // GpuProbe[], the band's
   uint64_t counters;    // GpuCounters
 

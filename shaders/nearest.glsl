@@ -24,7 +24,7 @@ void integrateVoxel(Ray ray, uint64_t address, Dda voxels, float t_end, vec3 cor
   if (kMode == kModeFirstHit || kMode == kModeIso) {
     hit(s.color, corner + voxelAt(voxels.index) + 0.5, voxels.t, ink);
   } else {
-    gather(density, s, length_t, ink);
+    gather(density, s, voxels.t, length_t, ink);
   }
 }
 
@@ -32,7 +32,7 @@ void integrateNearest(Ray ray, uint64_t address, vec3 corner, float t_begin, flo
                       inout Work work) {
   Dda voxels = enterDda(ray, corner, 1.0, vec3(kSubblockSide), voxelStrides(), t_begin);
   for (int i = 0; i <= 3 * kSubblockSide; ++i) {
-    if (kCount) work.voxel_steps += 1u;
+    if (kTally) work.voxel_steps += 1u;
     integrateVoxel(ray, address, voxels, t_end, corner, ink);
     if (ink.done || voxels.t_exit >= t_end) return;
     stepDda(ray, 1.0, voxelStrides(), voxels);

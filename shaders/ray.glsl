@@ -2,8 +2,6 @@
 // Rays and the one DDA. Every t of the traversal is planeT() of a whole-number plane, so the exit of a cell and the entry
 // of its neighbour are the same float, and monotone in the plane: the cells of any level partition [t_min, t_max] exactly.
 
-const float kHugeT = 1e30;
-
 struct Ray {
   vec3 origin;   // relative index space; where the direction is 0 the centre of the voxel column
   vec3 dir;      // relative index units per world unit

@@ -31,7 +31,7 @@ uint traverse(Ray ray, inout Ink ink, inout Work work) {
     float t_begin = max(interval.x, t);
     float t_end = min(interval.y, ray.t_max);
     if (t_end > t_begin && !blockIsCulled(block)) {
-      if (kCount) work.block_visits += 1u;
+      if (kTally) work.block_visits += 1u;
       if (kMode == kModeBlocks) {
         crossed += kRangeOpen || blockMeetsRange(block) ? 1u : 0u;
       } else {
@@ -67,6 +67,20 @@ uint packColor(Ink ink) {
   return bytes.r | (bytes.g << 8) | (bytes.b << 16) | (bytes.a << 24);
 }
 
+// What a pixel's word holds, and whether every number behind it is finite.
+uint pixelWord(Ink ink, Work work, out bool finite) {
+  if (kOutput == kOutputPoint) {
+    finite = !isnan(ink.t) && !isinf(ink.t);
+    return floatBitsToUint(ink.t);
+  }
+  if (kOutput == kOutputCost) {
+    finite = true;
+    return work.voxel_steps + work.block_visits + work.subblock_visits;
+  }
+  finite = !any(isnan(ink.color)) && !any(isinf(ink.color)) && !isnan(ink.transmittance);
+  return packColor(ink);
+}
+
 #define addToCounter(member, value)                                                        \
   {                                                                                        \
     uint sum = subgroupAdd(value);                                                         \
@@ -86,7 +100,7 @@ void main() {
 
   loadScene();
   Ray ray = makeRay(in_band + ivec2(0, push.row_begin));
-  Ink ink = Ink(vec3(0.0), 1.0, ivec3(-1), 0.0, false, -kHugeDensity, 0.0);
+  Ink ink = Ink(vec3(0.0), 1.0, ivec3(-1), kHugeT, false, -kHugeDensity, 0.0, vec4(0.0), vec4(0.0));
   if (kMode == kModeMean) ink.density = 0.0;
   Work work = Work(0u, 0u, 0u, 0u, 0u);
   uint crossed = traverse(ray, ink, work);
@@ -96,9 +110,10 @@ void main() {
     ink.transmittance = 0.0;
   }
 
-  bool finite = !any(isnan(ink.color)) && !any(isinf(ink.color)) && !isnan(ink.transmittance);
+  bool finite;
+  uint word = pixelWord(ink, work, finite);
   uint at = uint(in_band.x + frame.size.x * in_band.y);
-  PixelArray(frame.pixels).at[at] = packColor(ink);
+  PixelArray(frame.pixels).at[at] = word;
   if (kProbe) {
     ProbeArray(frame.probes).at[at] = GpuProbe(ink.voxel, crossed, ink.voxel.x < 0 ? 0.0 : ink.t - ray.t_eye);
   }

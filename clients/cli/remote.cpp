@@ -28,7 +28,7 @@ using Response = http::response<http::string_body>;
 
 constexpr std::string_view kScheme = "http://";
 constexpr std::string_view kVolumes = "/api/v1/volumes/";
-constexpr std::uint64_t kMaxBodyBytes = std::uint64_t{512} << 20;  // 8192 x 8192 pixels of 4 bytes, and some
+constexpr std::uint64_t kMaxBodyBytes = std::uint64_t{1} << 30;  // 8192 x 8192 pixels of 12 bytes, and some
 constexpr auto kConnectTime = std::chrono::seconds(10);
 constexpr auto kAnswerTime = std::chrono::minutes(5);
 

@@ -143,6 +143,12 @@ TEST(RoundTrip, RendersEveryFormatWithStats) {
   ASSERT_EQ(place.run("render fossil.bwv -o a.raw --size 40x30 --eye -1,-2,-90 --finder grid --no-ray-query").exit_code,
             0);
   EXPECT_EQ(place.read("a.raw").size(), 4800u);
+  ASSERT_EQ(
+      place.run("render fossil.bwv -o a.raw --size 40x30 --output position --planes '0,0,1,-9;1,1,0,-4'").exit_code, 0);
+  EXPECT_EQ(place.read("a.raw").size(), 14400u);
+  ASSERT_EQ(place.run("render fossil.bwv -o a.png --size 40x30 --output depth").exit_code, 0);
+  EXPECT_EQ(place.read("a.png").substr(24, 2), std::string("\x10\0", 2)) << "grey of 16 bits";
+  EXPECT_EQ(place.run("render fossil.bwv -o a.png --output depth --mode mean").exit_code, 2);
   EXPECT_EQ(place.run("render fossil.bwv -o a.png --tf 0:000000:0,1:ffffff:1").exit_code, 2);
   EXPECT_EQ(place.run("render fossil.bwv -o a.png --level 9").exit_code, 2);
 }

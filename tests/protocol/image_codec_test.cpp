@@ -7,6 +7,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <limits>
 
 namespace blockwalk {
 namespace {
@@ -108,6 +109,80 @@ TEST(ImageCodec, RawIsTheRows) {
   const auto bytes = encodeImage(frame, ImageFormat::raw, 85);
   ASSERT_EQ(bytes.size(), 80u);
   EXPECT_EQ(std::memcmp(bytes.data(), frame.pixels.data(), bytes.size()), 0);
+}
+
+Frame valuesFrame(Output output, int width, int height, std::vector<float> values) {
+  Frame frame{.width = width, .height = height, .pixels = {}, .probes = {}, .stats = {}};
+  frame.output = output;
+  frame.values = std::move(values);
+  frame.values_min = {2, -1, 0};
+  frame.values_max = {6, 1, 4};
+  return frame;
+}
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
+
+TEST(ImageCodec, DepthIsGreyOf16BitsBetweenNearAndFar) {
+  const Frame frame = valuesFrame(Output::depth, 3, 2, {2, 4, 6, kInfinity, 1, 9});
+  const auto bytes = encodeImage(frame, ImageFormat::png, 85);
+  ASSERT_GT(bytes.size(), 26u);
+  EXPECT_EQ(static_cast<int>(bytes[24]), 16);  // bit depth and colour type of the header
+  EXPECT_EQ(static_cast<int>(bytes[25]), PNG_COLOR_TYPE_GRAY);
+  // libpng's simplified reading takes 16-bit grey as linear light: read by hand.
+  png_structp png = png_create_read_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr);
+  png_infop info = png_create_info_struct(png);
+  struct Rest {
+    const std::byte* at;
+  } rest{bytes.data()};
+  png_set_read_fn(png, &rest, [](png_structp reader, png_bytep out, png_size_t size) {
+    auto* from = static_cast<Rest*>(png_get_io_ptr(reader));
+    std::memcpy(out, from->at, size);
+    from->at += size;
+  });
+  png_read_info(png, info);
+  std::vector<int> found;
+  for (int y = 0; y < 2; ++y) {
+    png_byte row[6];
+    png_read_row(png, row, nullptr);
+    for (int x = 0; x < 3; ++x) found.push_back(row[2 * x] << 8 | row[2 * x + 1]);
+  }
+  png_destroy_read_struct(&png, &info, nullptr);
+  EXPECT_EQ(found, (std::vector<int>{1, 32768, 65535, 0, 1, 65535}));
+}
+
+TEST(ImageCodec, DepthIsGreyOf8BitsInJpeg) {
+  const Frame frame = valuesFrame(Output::depth, 16, 16, std::vector<float>(256, 4));
+  int subsampling = -1;
+  const std::uint32_t pixel = decodeJpeg(encodeImage(frame, ImageFormat::jpeg, 95), subsampling).at(7);
+  for (int shift = 0; shift < 24; shift += 8) EXPECT_NEAR(static_cast<int>(pixel >> shift & 0xff), 128, 1);
+}
+
+TEST(ImageCodec, PositionIsColoredByTheBoxAndClearWhereThereIsNothing) {
+  const Frame frame = valuesFrame(Output::position, 2, 1, {6, -1, 2, kNan, kNan, kNan});
+  const DecodedPng decoded = decodePng(encodeImage(frame, ImageFormat::png, 85));
+  EXPECT_EQ(decoded.pixels, (std::vector<std::uint32_t>{0xff8000ffu, 0}));
+}
+
+TEST(ImageCodec, CostIsColoredByItsLogarithm) {
+  const Frame frame = valuesFrame(Output::cost, 7, 1, {0, 31, 255, 2047, 16383, 1e9F, 7});
+  const DecodedPng decoded = decodePng(encodeImage(frame, ImageFormat::png, 85));
+  const std::vector<std::uint32_t> stops{0xff000000u, 0xff6e0f57u, 0xff4040dbu, 0xff1fa6fcu, 0xffd9fffcu, 0xffd9fffcu};
+  EXPECT_EQ(std::vector<std::uint32_t>(decoded.pixels.begin(), decoded.pixels.end() - 1), stops);
+  EXPECT_EQ(decoded.pixels.back(), 0xff420934u);  // three fifths of the way to violet
+}
+
+TEST(ImageCodec, RawValuesAreFloats) {
+  for (const auto& [output, channels] : {std::pair{Output::depth, 1}, {Output::position, 3}, {Output::cost, 1}}) {
+    const Frame frame = valuesFrame(output, 2, 1, std::vector<float>(static_cast<std::size_t>(2 * channels), 0.1F));
+    const auto bytes = encodeImage(frame, ImageFormat::raw, 85);
+    ASSERT_EQ(bytes.size(), frame.values.size() * 4);
+    EXPECT_EQ(std::memcmp(bytes.data(), "\xcd\xcc\xcc\x3d", 4), 0);
+    EXPECT_EQ(rawPixel(output).channels, channels);
+    EXPECT_EQ(rawPixel(output).type, "f32");
+  }
+  EXPECT_EQ(rawPixel(Output::color).channels, 4);
+  EXPECT_EQ(rawPixel(Output::color).type, "u8");
 }
 
 TEST(ImageCodecDeathTest, AnIncompleteFrameIsAProgrammersError) {

@@ -65,6 +65,7 @@ class Sampler {
     const glm::dvec3 position = cut_.ray.at(t);
     const glm::dvec4 field = fieldOn(t);
     pixel.t = t;
+    pixel.shows_point = true;
     pixel.voxel = glm::clamp(glm::ivec3(glm::floor(position)), glm::ivec3(0), scene_.volume.dims - 1);
     pixel.value = classifier_.dataOf(field.w);
     pixel.color = overBackground(scene_.view, classifier_.materialAt(field).color, 0);
@@ -92,10 +93,12 @@ void linearBlend(const Scene& scene, const CutRay& cut, Pixel& pixel) {
   const bool between_ends =
       scene.view.classification == Classification::pre_integrated && scene.volume.type != VoxelType::rgba8;
   double transmittance = 1;
+  HalfOpacity half;
   glm::dvec3 light(0);
   const auto add = [&](const Material& material, Interval piece) {
     if (!(material.sigma > 0)) return;
     const double optical_depth = material.sigma * ((piece.t_max - piece.t_min) / unit);
+    half.add(material.sigma / unit, piece);
     light += transmittance * -std::expm1(-optical_depth) * sampler.shadedColor(material.color, middleOf(piece));
     transmittance *= std::exp(-optical_depth);
   };
@@ -111,6 +114,7 @@ void linearBlend(const Scene& scene, const CutRay& cut, Pixel& pixel) {
     return true;
   });
   pixel.color = overBackground(scene.view, light, transmittance);
+  half.show(pixel);
 }
 
 void linearFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel) {

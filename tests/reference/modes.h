@@ -31,6 +31,19 @@ void linearMean(const Scene& scene, const CutRay& cut, Pixel& pixel);
 // The pixels of a view's size, on every core.
 Image renderEach(const View& view, const std::function<Pixel(int x, int y)>& render);
 
+// Finds where on its way a ray has gathered an opacity of a half: pieces of constant extinction (per world unit) in
+// order.
+class HalfOpacity {
+ public:
+  void add(double extinction, Interval piece);
+  void show(Pixel& pixel) const;
+
+ private:
+  double depth_ = 0;
+  std::array<double, 3> t_{kNever, kNever, kNever};  // early, at a half, late
+  static constexpr double kNever = std::numeric_limits<double>::infinity();
+};
+
 double unitDistanceOf(const DenseVolume& volume);
 
 // Straight colour of `premultiplied` light seen with `transmittance` left, over the view's background; cut to 1, which

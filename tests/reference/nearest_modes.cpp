@@ -69,17 +69,20 @@ void nearestBlend(const Scene& scene, const CutRay& cut, Pixel& pixel) {
   const double unit = unitDistanceOf(scene.volume);
   const Classifier classifier(scene.volume, scene.view);
   double transmittance = 1;
+  HalfOpacity half;
   glm::dvec3 light(0);
   walkCells(cut.ray, 1, cut.interval, [&](glm::ivec3 cell, Interval piece) {
     const std::size_t voxel = scene.volume.at(cell);
     if (!isVoxelVisible(classifier, voxel)) return true;
     const Material material = voxelMaterial(classifier, voxel);
     const double optical_depth = material.sigma * ((piece.t_max - piece.t_min) / unit);
+    half.add(material.sigma / unit, piece);
     light += transmittance * -std::expm1(-optical_depth) * shadedColor(scene, cut, cell, material.color);
     transmittance *= std::exp(-optical_depth);
     return true;
   });
   pixel.color = overBackground(scene.view, light, transmittance);
+  half.show(pixel);
 }
 
 void nearestFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel) {
@@ -91,6 +94,7 @@ void nearestFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel) {
     if (!isVoxelVisible(classifier, voxel)) return true;
     pixel.voxel = cell;
     pixel.t = piece.t_min;
+    pixel.shows_point = true;
     pixel.value = scene.volume.dataAt(voxel);
     const glm::dvec3 color = shadedColor(scene, cut, cell, voxelMaterial(classifier, voxel).color);
     pixel.color = overBackground(scene.view, color, 0);
@@ -109,6 +113,7 @@ void nearestMip(const Scene& scene, const CutRay& cut, Pixel& pixel) {
     largest = scene.volume.density[voxel];
     pixel.voxel = cell;
     pixel.t = piece.t_min;
+    pixel.shows_point = true;
     pixel.value = scene.volume.dataAt(voxel);
     pixel.color = overBackground(scene.view, voxelMaterial(classifier, voxel).color, 0);
     return true;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <numbers>
 #include <thread>
 
 #include "tests/reference/classify.h"
@@ -23,6 +24,23 @@ glm::dvec4 overBackground(const View& view, glm::dvec3 premultiplied, double tra
   if (opacity <= 0) return glm::dvec4(0);
   const glm::dvec3 color = (premultiplied + transmittance * background.a * glm::dvec3(background)) / opacity;
   return {glm::min(color, glm::dvec3(1)), opacity};
+}
+
+void HalfOpacity::add(double extinction, Interval piece) {
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double wanted = std::numbers::ln2 + (static_cast<double>(i) - 1) * kHalfMargin;
+    if (t_[i] == kNever && depth_ + extinction * (piece.t_max - piece.t_min) >= wanted) {
+      t_[i] = piece.t_min + (wanted - depth_) / extinction;
+    }
+  }
+  depth_ += extinction * (piece.t_max - piece.t_min);
+}
+
+void HalfOpacity::show(Pixel& pixel) const {
+  pixel.t_early = t_[0];
+  pixel.t_late = t_[2];
+  pixel.shows_point = t_[1] < kNever;
+  if (pixel.shows_point) pixel.t = t_[1];
 }
 
 namespace {

@@ -25,7 +25,10 @@ namespace blockwalk::reference {
 struct Pixel {
   glm::dvec4 color{0};   // straight red, green, blue, opacity, 0..1, not rounded; blocks: the background
   glm::ivec3 voxel{-1};  // first_hit, iso, mip: the voxel, of the volume's level, that the point shown lies in
-  double t = 0;  // first_hit, iso, mip: world distance from the eye to that point; nearest: to the voxel's entry
+  // World distance from the eye to the point shown. first_hit, iso, mip: to the voxel above; nearest: to its entry.
+  // blend: to where the opacity gathered first reaches a half. 0 where shows_point is false.
+  double t = 0;
+  bool shows_point = false;
   double value = std::numeric_limits<double>::quiet_NaN();  // data units: density there; mean: the mean. NaN: nothing
   std::uint32_t blocks = 0;  // blocks: stored blocks that meet the range and that the ray crosses with positive length
 
@@ -51,7 +54,13 @@ struct Pixel {
   // Linear mip of rgba8: the largest difference in a channel between the colour shown and that of another visible
   // sample whose density is within 1e-4 (stored units) of the largest.
   double rival_difference = 0;
+  // blend: t as it were if the optical depth that makes an opacity of a half were kHalfMargin less or more; infinite
+  // where even that is not reached.
+  double t_early = std::numeric_limits<double>::infinity();
+  double t_late = std::numeric_limits<double>::infinity();
 };
+
+constexpr double kHalfMargin = 1e-4;
 
 struct Image {
   int width = 0;

@@ -135,6 +135,25 @@ TEST(Plan, PlanesThatCutNothingAreLeftOut) {
   EXPECT_EQ(cut.planes, expected);
 }
 
+TEST(Plan, OutputsNeedNoLightAndNoBackground) {
+  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
+  View view;
+  view.lit = true;
+  view.background = {1, 2, 3, 4};
+  EXPECT_EQ(planFor(view, info).key.output, gpu::kOutputColor);
+  EXPECT_TRUE(planFor(view, info).needs_apron);
+  view.output = Output::depth;
+  const Plan depth = planFor(view, info);
+  EXPECT_EQ(depth.key.output, gpu::kOutputPoint);
+  EXPECT_EQ(depth.key.lit, 0u);
+  EXPECT_EQ(depth.key.opaque_background, 1u);
+  EXPECT_FALSE(depth.needs_apron);
+  view.output = Output::position;  // of the same point
+  EXPECT_EQ(planFor(view, info).key, depth.key);
+  view.output = Output::cost;
+  EXPECT_EQ(planFor(view, info).key.output, gpu::kOutputCost);
+}
+
 TEST(Plan, PlanesWithoutDirectionAreRefused) {
   const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
   const auto fieldOf = [&](const std::vector<ClipPlane>& planes) {

@@ -43,6 +43,9 @@ TEST(Http, GetAndPostGiveTheSameImage) {
   EXPECT_EQ(json::parse(got.fields.at("x-blockwalk-stats"))["rays"], 1200);
   const auto raw = get(server.port(), std::string(kImage) + "?size=40x30&format=raw");
   EXPECT_EQ(raw.body.size(), 4800u);
+  EXPECT_EQ(json::parse(raw.fields.at("x-blockwalk-raw")),
+            json::parse(R"({"width":40,"height":30,"channels":4,"type":"u8"})"));
+  EXPECT_FALSE(got.fields.contains("x-blockwalk-raw"));
   EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x3&format=jpeg").fields.at("content-type"), "image/jpeg");
 }
 
