@@ -233,7 +233,7 @@ std::string readToken(const std::filesystem::path& file) {
   const std::string text = readSmallFile("token-file", file);
   const std::size_t begin = text.find_first_not_of(kSpace);
   if (begin == std::string::npos) throw UsageError(fmt::format("--token-file: '{}' is empty", file.string()));
-  const std::string token = text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
+  std::string token = text.substr(begin, text.find_last_not_of(kSpace) - begin + 1);
   const bool printable = std::all_of(token.begin(), token.end(), [](char c) {
     return (c >= '0' && c <= '9') || (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || c == '-' || c == '_';
   });
