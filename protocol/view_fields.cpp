@@ -145,6 +145,9 @@ constexpr std::array kFields = {
     ViewField{
         "output", "OUTPUT", "what a pixel holds: color, depth, position or cost (color)",
         [](ImageRequest& request, Text text) { request.view.output = parseChoice("output", text, kOutputChoices); }},
+    ViewField{
+        "samples", "1..256", "rays a pixel, averaged (1)",
+        [](ImageRequest& request, Text text) { request.view.samples = parseInteger("samples", text, 1, kMaxSamples); }},
     ViewField{"format", "FORMAT", "png, jpeg or raw (rows of rgba8, or of f32 where output is not color) (png)",
               [](ImageRequest& request, Text text) { request.format = parseChoice("format", text, kFormatChoices); }},
     ViewField{"quality", "1..100", "jpeg quality (85)",

@@ -71,6 +71,7 @@ std::string viewQuery(const ImageRequest& request) {
   if (!view.walk) query.add("walk", "off");
   if (!view.cull) query.add("cull", "off");
   if (view.output != plain.view.output) query.add("output", choiceName(view.output, kOutputChoices));
+  if (view.samples != plain.view.samples) query.add("samples", std::to_string(view.samples));
   if (request.format != plain.format) query.add("format", choiceName(request.format, kFormatChoices));
   if (request.quality != plain.quality) query.add("quality", std::to_string(request.quality));
   return query.take();

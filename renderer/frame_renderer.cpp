@@ -37,11 +37,14 @@ FrameRenderer::FrameRenderer(Device& device, double band_ms)
   counters_ = Buffer(device, sizeof(gpu::GpuCounters), BufferUse::readback);
 }
 
-void FrameRenderer::reserveOutputs(std::size_t pixels, bool probe) {
+void FrameRenderer::reserveOutputs(std::size_t pixels, const Plan& plan) {
   const std::size_t band = std::min(pixels, kMaxBandPixels);
   if (pixels_.bytes() < band * sizeof(std::uint32_t))
     pixels_ = Buffer(device_, band * sizeof(std::uint32_t), BufferUse::readback);
-  if (probe && probes_.bytes() < band * sizeof(gpu::GpuProbe)) {
+  if (plan.key.antialias != 0 && sums_.bytes() < band * sizeof(glm::vec4)) {
+    sums_ = Buffer(device_, band * sizeof(glm::vec4), BufferUse::resident);
+  }
+  if (plan.key.probe != 0 && probes_.bytes() < band * sizeof(gpu::GpuProbe)) {
     probes_ = Buffer(device_, band * sizeof(gpu::GpuProbe), BufferUse::readback);
   }
 }
@@ -90,26 +93,45 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& vie
     instances_ = kernels_.bindInstances(*volume.instances(plan.level, plan.needs_apron, unit_box_).handle);
   if (plan.needs_table) bindTable(view, volume, plan, params);
   params.pixels = pixels_.address();
+  params.sums = plan.key.antialias != 0 ? sums_.address() : 0;
   params.probes = plan.key.probe != 0 ? probes_.address() : 0;
   params.counters = counters_.address();
   return params;
 }
 
-double FrameRenderer::runBand(const Plan& plan, int width, int row_begin, int row_count) {
+void FrameRenderer::recordDispatches(const Plan& plan, int width, const Band& band) {
   const bool ray_query = plan.needs_instances;
+  commands_.bindPipeline(vk::PipelineBindPoint::eCompute, *kernels_.pipeline(plan.key));
+  const auto& layout = kernels_.layout(ray_query);
+  if (ray_query) commands_.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, instances_, {});
+  const auto groups = [](int pixels) {
+    return static_cast<std::uint32_t>((pixels + gpu::kGroupSide - 1) / gpu::kGroupSide);
+  };
+  // A sample adds to the sums and pixels that the one before has written, in this submission or an earlier one.
+  const auto shader = vk::AccessFlagBits::eShaderWrite;
+  const vk::MemoryBarrier to_next{.srcAccessMask = shader, .dstAccessMask = shader | vk::AccessFlagBits::eShaderRead};
+  for (int i = 0; i < band.sample_count; ++i) {
+    const int sample = band.sample_begin + i;
+    if (sample > 0) {
+      commands_.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader, vk::PipelineStageFlagBits::eComputeShader,
+                                {}, to_next, {}, {});
+    }
+    const gpu::PushConstants push{.frame = params_.address(),
+                                  .row_begin = band.row_begin,
+                                  .row_count = band.row_count,
+                                  .sample_index = static_cast<gpu::uint>(sample),
+                                  .padding = 0};
+    commands_.pushConstants<gpu::PushConstants>(*layout, vk::ShaderStageFlagBits::eCompute, 0, push);
+    commands_.dispatch(groups(width), groups(band.row_count), 1);
+  }
+}
+
+double FrameRenderer::runBand(const Plan& plan, int width, const Band& band) {
   timestamps_.reset(0, kTimestampCount);
   commands_.reset();
   commands_.begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
   commands_.writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, *timestamps_, kBandBegin);
-  commands_.bindPipeline(vk::PipelineBindPoint::eCompute, *kernels_.pipeline(plan.key));
-  const auto& layout = kernels_.layout(ray_query);
-  if (ray_query) commands_.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, instances_, {});
-  const gpu::PushConstants push{.frame = params_.address(), .row_begin = row_begin, .row_count = row_count};
-  commands_.pushConstants<gpu::PushConstants>(*layout, vk::ShaderStageFlagBits::eCompute, 0, push);
-  const auto groups = [](int pixels) {
-    return static_cast<std::uint32_t>((pixels + gpu::kGroupSide - 1) / gpu::kGroupSide);
-  };
-  commands_.dispatch(groups(width), groups(row_count), 1);
+  recordDispatches(plan, width, band);
   const vk::MemoryBarrier to_host{.srcAccessMask = vk::AccessFlagBits::eShaderWrite,
                                   .dstAccessMask = vk::AccessFlagBits::eHostRead};
   commands_.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader, vk::PipelineStageFlagBits::eHost, {}, to_host,
@@ -126,22 +148,37 @@ double FrameRenderer::runBand(const Plan& plan, int width, int row_begin, int ro
   return static_cast<double>(elapsed) * device_.timestampPeriodNs() * 1e-6;
 }
 
-void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values,
+// All samples of a band, as many a submission as fit the time of one; false when cancelled.
+bool FrameRenderer::drawSamples(const Plan& plan, const RenderOptions& options, Band band, int samples, Frame& frame) {
+  const double pixels = static_cast<double>(frame.width) * band.row_count;
+  band.sample_count = 1;
+  while (band.sample_begin < samples) {
+    if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) {
+      frame.cancelled = true;
+      return false;
+    }
+    const double ms = runBand(plan, frame.width, band);
+    frame.stats.gpu_ms += ms;
+    ms_per_pixel_ = std::max(ms, 1e-4) / (pixels * band.sample_count);
+    band.sample_begin += band.sample_count;
+    const double fitting = std::min(band_ms_ / (ms_per_pixel_ * pixels), 4.0 * band.sample_count);
+    band.sample_count = std::clamp(static_cast<int>(fitting), 1, std::max(1, samples - band.sample_begin));
+  }
+  return true;
+}
+
+void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values, int samples,
                               Frame& frame) {
   const auto width = static_cast<std::size_t>(frame.width);
   const int most_rows = static_cast<int>(std::max<std::size_t>(1, kMaxBandPixels / width));
   int last_rows = 0;
   for (int row = 0; row < frame.height;) {
-    if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) {
-      frame.cancelled = true;
-      return;
-    }
     const double fitting = band_ms_ / (ms_per_pixel_ * static_cast<double>(width));
     int rows = static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(kMaxImageSide)));
     rows = (rows + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide;
     if (last_rows > 0) rows = std::min(rows, 4 * last_rows);  // a cheap band of sky must not make the next one long
     rows = std::min({rows, most_rows, frame.height - row});
-    const double ms = runBand(plan, frame.width, row, rows);
+    if (!drawSamples(plan, options, {.row_begin = row, .row_count = rows}, samples, frame)) return;
     const std::size_t pixels = width * static_cast<std::size_t>(rows);
     const std::size_t first = width * static_cast<std::size_t>(row);
     const auto words = pixels_.mappedAs<std::uint32_t>().first(pixels);
@@ -157,8 +194,6 @@ void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, co
                        return Probe{.x = p.voxel.x, .y = p.voxel.y, .z = p.voxel.z, .blocks = p.blocks, .t = p.t};
                      });
     }
-    ms_per_pixel_ = std::max(ms, 1e-4) / static_cast<double>(pixels);
-    frame.stats.gpu_ms += ms;
     last_rows = rows;
     row += rows;
   }
@@ -184,7 +219,7 @@ Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const Render
   values.prepare(frame);
   if (options.probe) frame.probes.resize(pixels);
   RenderStats& stats = frame.stats;
-  stats.rays = pixels;
+  stats.rays = pixels * static_cast<std::size_t>(view.samples);
   stats.finder = plan.needs_instances ? "query" : "grid";
   stats.walk = view.walk;
   stats.cull = view.cull;
@@ -193,11 +228,11 @@ Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const Render
   if (plan.is_blank) {
     if (view.output == Output::color) fillBackground(view, frame);
   } else {
-    reserveOutputs(pixels, options.probe);
+    reserveOutputs(pixels, plan);
     params_.mappedAs<gpu::FrameParams>()[0] = bindVolume(volume, view, plan);
     const auto counters = counters_.mappedAs<gpu::GpuCounters>();
     counters[0] = {};
-    drawBands(plan, options, values, frame);
+    drawBands(plan, options, values, view.samples, frame);
     stats.queries = sum(counters[0].queries);
     stats.block_visits = sum(counters[0].block_visits);
     stats.subblock_visits = sum(counters[0].subblock_visits);

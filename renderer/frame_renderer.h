@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Draws frames: plans, makes resident, and runs the kernel band by band, so that no dispatch is long.
+// Draws frames: plans, makes resident, and runs the kernel band by band and sample by sample, so that no dispatch is
+// long.
 #pragma once
 
 #include "renderer/frame_params.h"
@@ -22,9 +23,18 @@ class FrameRenderer {
   gpu::FrameParams bindVolume(VulkanVolume& volume, const View& view, const Plan& plan);
   void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, gpu::FrameParams& params);
   DeviceTraits traits() const;
-  void reserveOutputs(std::size_t pixels, bool probe);
-  double runBand(const Plan& plan, int width, int row_begin, int row_count);
-  void drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values, Frame& frame);
+  // Rows of the image, and samples of them that one submission draws.
+  struct Band {
+    int row_begin = 0;
+    int row_count = 0;
+    int sample_begin = 0;
+    int sample_count = 1;
+  };
+  void reserveOutputs(std::size_t pixels, const Plan& plan);
+  void recordDispatches(const Plan& plan, int width, const Band& band);
+  double runBand(const Plan& plan, int width, const Band& band);
+  bool drawSamples(const Plan& plan, const RenderOptions& options, Band band, int samples, Frame& frame);
+  void drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values, int samples, Frame& frame);
 
   // What a baked transfer function depends on, and its tables on the device.
   struct TableKey {
@@ -59,6 +69,7 @@ class FrameRenderer {
   Buffer params_;
   Buffer counters_;
   Buffer pixels_;
+  Buffer sums_;
   Buffer probes_;
   BoundTable table_;
   double ms_per_pixel_;  // of the last band, to size the next

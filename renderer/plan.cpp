@@ -112,6 +112,7 @@ std::string describe(const KernelKey& key) {
   add(key.opaque_background == 0 ? 1 : 0, "transparent");
   static constexpr std::string_view kOutputs[] = {"", "point", "cost"};
   add(key.output, kOutputs[key.output]);
+  add(key.antialias, "antialias");
   add(key.count, "count");
   add(key.probe, "probe");
   return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
@@ -216,6 +217,7 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   key.lit = lit ? 1 : 0;
   key.classification = static_cast<std::uint32_t>(view.classification);
   key.output = kernelOutput(view.output);
+  key.antialias = view.samples > 1 ? 1 : 0;
   key.count = count ? 1 : 0;
   key.probe = probe ? 1 : 0;
   return plan;

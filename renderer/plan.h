@@ -27,6 +27,7 @@ struct KernelKey {
   std::uint32_t lit = 0;
   std::uint32_t classification = 0;
   std::uint32_t output = 0;
+  std::uint32_t antialias = 0;
   std::uint32_t count = 0;
   std::uint32_t probe = 0;
   auto operator<=>(const KernelKey&) const = default;

@@ -45,9 +45,9 @@ struct DeviceInfo {
 std::vector<DeviceInfo> listDevices();
 
 struct RenderStats {
-  double gpu_ms = 0;    // sum over the bands, by timestamp queries
-  double total_ms = 0;  // wall time of the call
-  std::uint64_t rays = 0;
+  double gpu_ms = 0;          // sum over the bands, by timestamp queries
+  double total_ms = 0;        // wall time of the call
+  std::uint64_t rays = 0;     // pixels times samples
   std::uint64_t queries = 0;  // times the finder was asked
   std::uint64_t block_visits = 0;
   std::uint64_t subblock_visits = 0;
@@ -61,7 +61,7 @@ struct RenderStats {
   std::uint64_t non_finite = 0;
 };
 
-// Per pixel, row 0 at the top. `probes` is filled only when asked for.
+// Per pixel, row 0 at the top. `probes` is filled only when asked for; of several samples it holds the last.
 struct Probe {
   std::int32_t x = -1, y = -1, z = -1;  // first-hit: voxel of the level drawn; -1 when nothing is hit
   std::uint32_t blocks = 0;             // blocks: how many blocks of the range the ray crosses
@@ -88,7 +88,7 @@ struct Frame {
 struct RenderOptions {
   bool count = true;                          // fill the counters of RenderStats; off makes the kernel a little faster
   bool probe = false;                         // fill Frame::probes
-  const std::atomic<bool>* cancel = nullptr;  // looked at between bands
+  const std::atomic<bool>* cancel = nullptr;  // looked at between bands, and between samples of one
 };
 
 // A volume on the device. Levels and acceleration structures become resident when a frame first needs them.

@@ -110,6 +110,12 @@ void checkClip(const View& view) {
 }
 
 void checkOutput(const View& view) {
+  if (view.samples < 1 || view.samples > kMaxSamples) {
+    throw ViewError("samples", fmt::format("{} is not within 1..{}", view.samples, kMaxSamples));
+  }
+  if (view.samples > 1 && view.output != Output::color) {
+    throw ViewError("samples", fmt::format("{}: only colours are averaged; other outputs take 1", view.samples));
+  }
   const bool needs_point = view.output == Output::depth || view.output == Output::position;
   if (needs_point && (view.mode == Mode::mean || view.mode == Mode::blocks)) {
     throw ViewError("output",

@@ -39,6 +39,7 @@ constexpr int kAutoLevel = -1;
 constexpr double kMinStep = 1.0 / 64;  // voxels
 constexpr double kMaxStep = 16;
 constexpr std::size_t kMaxPlanes = 6;
+constexpr int kMaxSamples = 256;
 
 struct DensityRange {
   double lo = 0;  // data units, inclusive
@@ -96,6 +97,7 @@ struct View {
   bool walk = true;
   bool cull = true;
   Output output = Output::color;
+  int samples = 1;  // rays a pixel, 1: through its centre; more: output color
   bool operator==(const View&) const = default;
 };
 
@@ -119,7 +121,8 @@ struct ViewError : DataError {
 
 // Fills every absent member from the volume: eye, target, up, range, iso, transfer. Throws ViewError where the view is
 // undefined for this volume: eye = target, up parallel to the view, range inverted, a transfer function for rgba8, a
-// level that is not there, a clip box inverted, a plane without a direction, the depth of a mode that shows no point.
+// level that is not there, a clip box inverted, a plane without a direction, the depth of a mode that shows no point,
+// several samples of what is no colour.
 View resolveView(const View& view, const VolumeInfo& info);
 
 // The camera of a resolved view.

@@ -240,6 +240,7 @@ FrameOrder StreamSession::orderOf(const PaceStep& step) const {
   const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * step.scale))); };
   order.view.width = scaled(request_.view.width);
   order.view.height = scaled(request_.view.height);
+  order.view.samples = 1;
   order.count = false;
   // JPEG is the quickest to make and send, but it has no opacity.
   const bool opaque = request_.view.background[3] == 255;

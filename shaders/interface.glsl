@@ -30,8 +30,9 @@ layout(constant_id = 11) const uint kFilter = kFilterNearest;
 layout(constant_id = 12) const bool kLit = false;
 layout(constant_id = 13) const uint kClassification = kClassificationPost;
 layout(constant_id = 14) const uint kOutput = kOutputColor;
-layout(constant_id = 15) const bool kCount = true;
-layout(constant_id = 16) const bool kProbe = false;
+layout(constant_id = 15) const bool kAntialias = false;  // several samples a pixel, a dispatch each
+layout(constant_id = 16) const bool kCount = true;
+layout(constant_id = 17) const bool kProbe = false;
 
 const int kBlockVoxels = kBlockSide * kSubblockSide;
 // What interpolates reads subblocks with the ring of one voxel around them (volume/apron.h).
@@ -46,6 +47,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer U8A
 layout(buffer_reference, scalar, buffer_reference_align = 2) readonly buffer U16Array { uint16_t at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer F32Array { float at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TableArray { vec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SumArray { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer PixelArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer ProbeArray { GpuProbe at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Counters { GpuCounters sums; };

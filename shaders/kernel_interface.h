@@ -17,6 +17,8 @@
 namespace blockwalk::gpu {
 using glm::ivec2;
 using glm::ivec3;
+using glm::uvec2;
+using glm::vec2;
 using glm::vec3;
 using glm::vec4;
 using std::exp2;
@@ -102,10 +104,12 @@ struct FrameParams {
   uint64_t table;       // vec4[]: colour, extinction per world unit
   uint64_t integrals;   // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
   uint64_t pixels;      // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost)
+  uint64_t sums;        // vec4[], the band's: premultiplied colours of the samples so far, added
   uint64_t probes;      // GpuProbe[], the band's
   uint64_t counters;    // GpuCounters
 
-  // The ray of pixel (px, py), with x = (2 px + 1) / width - 1 and y likewise downwards from +1:
+  // The ray through pixel (px, py), with x = (2 px + 1) / width - 1 and y likewise downwards from +1, but for where
+  // samplePlace() takes the place of the pixel's centre:
   // point = point_center + x point_right + y point_up, direction = (dir_center + x dir_right + y dir_up) / length,
   // length = sqrt(1 + (x half_width)^2 + (y half_height)^2), both in relative index space; t is in world units and 0 at
   // `point`, which lies at depth `point_depth` before the eye. Near the volume, so that a far eye costs no precision.
@@ -149,7 +153,27 @@ struct PushConstants {
   uint64_t frame;  // FrameParams
   int row_begin;   // first row of the band
   int row_count;
+  uint sample_index;  // of the dispatch; each packs the mean of those so far
+  uint padding;
 };
+
+// Jarzynski & Olano 2020, "Hash Functions for GPU Rendering": pcg2d.
+BLOCKWALK_FUNCTION uvec2 pixelSeed(uvec2 v) {
+  v = v * 1664525u + 1013904223u;
+  v.x += v.y * 1664525u;
+  v.y += v.x * 1664525u;
+  v = v ^ (v >> 16u);
+  v.x += v.y * 1664525u;
+  v.y += v.x * 1664525u;
+  return v ^ (v >> 16u);
+}
+
+// Where in its pixel a sample lies, [0, 1) to the right and downwards: the sequence R2 (Roberts 2018), whose steps are
+// 1/g and 1/g^2 with g^3 = g + 1, begun at the pixel's seed; in steps of 2^-32, so that all machines agree.
+BLOCKWALK_FUNCTION vec2 samplePlace(ivec2 pixel, uint index) {
+  uvec2 place = pixelSeed(uvec2(pixel)) + uvec2(3242174889u, 2447445414u) * index;
+  return vec2(place >> 8u) * (1.0f / 16777216.0f);
+}
 
 // Opacity of an optical depth: -expm1(-x), right to a few ulp of a float for every x >= 0. GLSL has no expm1, so small
 // depths take the Taylor series of 1 - exp(-x) to the fifth order (error below x^6/720).
@@ -164,11 +188,11 @@ BLOCKWALK_FUNCTION float opacityOfDepth(float depth) {
 static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
 static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
 static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
-static_assert(offsetof(FrameParams, point_center) == 72 && offsetof(FrameParams, half_width) == 144);
-static_assert(offsetof(FrameParams, clip_planes) == 180 && offsetof(FrameParams, anchor) == 372);
-static_assert(offsetof(FrameParams, density_lo) == 420 && offsetof(FrameParams, background) == 448);
-static_assert(offsetof(FrameParams, gradient_rows) == 472 && offsetof(FrameParams, light) == 512);
-static_assert(sizeof(PushConstants) == 16);
+static_assert(offsetof(FrameParams, point_center) == 80 && offsetof(FrameParams, half_width) == 152);
+static_assert(offsetof(FrameParams, clip_planes) == 188 && offsetof(FrameParams, anchor) == 380);
+static_assert(offsetof(FrameParams, density_lo) == 428 && offsetof(FrameParams, background) == 456);
+static_assert(offsetof(FrameParams, gradient_rows) == 480 && offsetof(FrameParams, light) == 520);
+static_assert(sizeof(PushConstants) == 24);
 }  // namespace blockwalk::gpu
 #endif
 #endif

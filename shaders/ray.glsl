@@ -26,8 +26,9 @@ vec2 cubeInterval(Ray ray, vec3 corner, float side) {
   return vec2(max3(near), min3(far));
 }
 
-Ray makeRay(ivec2 pixel) {
-  vec2 position = (vec2(2 * pixel + 1) - vec2(frame.size)) / vec2(frame.size);
+// The ray through a place of a pixel, [0, 1) to the right and downwards.
+Ray makeRay(ivec2 pixel, vec2 place) {
+  vec2 position = (vec2(2 * pixel - frame.size) + 2.0 * place) / vec2(frame.size);
   position.y = -position.y;
   vec2 slope = position * vec2(frame.half_width, frame.half_height);
   float world_length = sqrt(1.0 + dot(slope, slope));

@@ -55,20 +55,28 @@ vec3 heat(uint count) {
   return mix(stops[low], stops[low + 1], position - float(low));
 }
 
-uint packColor(Ink ink) {
-  vec4 color = vec4(ink.color + ink.transmittance * frame.background.rgb,
-                    1.0 - ink.transmittance * (1.0 - frame.background.a));
-  if (kOpaqueBackground) {
-    color.a = 1.0;
-  } else {
-    color.rgb = color.a > 0.0 ? color.rgb / color.a : vec3(0.0);
-  }
+// Over the background, premultiplied.
+vec4 colorOver(Ink ink) {
+  return vec4(ink.color + ink.transmittance * frame.background.rgb,
+              kOpaqueBackground ? 1.0 : 1.0 - ink.transmittance * (1.0 - frame.background.a));
+}
+
+uint packColor(vec4 color) {
+  if (!kOpaqueBackground) color.rgb = color.a > 0.0 ? color.rgb / color.a : vec3(0.0);
   uvec4 bytes = uvec4(clamp(color, 0.0, 1.0) * 255.0 + 0.5);
   return bytes.r | (bytes.g << 8) | (bytes.b << 16) | (bytes.a << 24);
 }
 
+// The mean of the samples so far, each as it would be displayed alone.
+vec4 meanColor(vec4 color, uint at) {
+  color.rgb = clamp(color.rgb, vec3(0.0), vec3(color.a));
+  if (push.sample_index > 0u) color += SumArray(frame.sums).at[at];
+  SumArray(frame.sums).at[at] = color;
+  return color / float(push.sample_index + 1u);
+}
+
 // What a pixel's word holds, and whether every number behind it is finite.
-uint pixelWord(Ink ink, Work work, out bool finite) {
+uint pixelWord(Ink ink, Work work, uint at, out bool finite) {
   if (kOutput == kOutputPoint) {
     finite = !isnan(ink.t) && !isinf(ink.t);
     return floatBitsToUint(ink.t);
@@ -78,7 +86,8 @@ uint pixelWord(Ink ink, Work work, out bool finite) {
     return work.voxel_steps + work.block_visits + work.subblock_visits;
   }
   finite = !any(isnan(ink.color)) && !any(isinf(ink.color)) && !isnan(ink.transmittance);
-  return packColor(ink);
+  vec4 color = colorOver(ink);
+  return packColor(kAntialias ? meanColor(color, at) : color);
 }
 
 #define addToCounter(member, value)                                                        \
@@ -99,7 +108,8 @@ void main() {
   if (in_band.x >= frame.size.x || in_band.y >= push.row_count) return;
 
   loadScene();
-  Ray ray = makeRay(in_band + ivec2(0, push.row_begin));
+  ivec2 pixel = in_band + ivec2(0, push.row_begin);
+  Ray ray = makeRay(pixel, kAntialias ? samplePlace(pixel, push.sample_index) : vec2(0.5));
   Ink ink = Ink(vec3(0.0), 1.0, ivec3(-1), kHugeT, false, -kHugeDensity, 0.0, vec4(0.0), vec4(0.0));
   if (kMode == kModeMean) ink.density = 0.0;
   Work work = Work(0u, 0u, 0u, 0u, 0u);
@@ -111,9 +121,8 @@ void main() {
   }
 
   bool finite;
-  uint word = pixelWord(ink, work, finite);
   uint at = uint(in_band.x + frame.size.x * in_band.y);
-  PixelArray(frame.pixels).at[at] = word;
+  PixelArray(frame.pixels).at[at] = pixelWord(ink, work, at, finite);
   if (kProbe) {
     ProbeArray(frame.probes).at[at] = GpuProbe(ink.voxel, crossed, ink.voxel.x < 0 ? 0.0 : ink.t - ray.t_eye);
   }

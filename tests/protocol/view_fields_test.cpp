@@ -27,7 +27,7 @@ TEST(ViewFields, ReadEveryMember) {
       "&classification=pre-integrated&tf-shape=stepped&iso=12.5"
       "&extinction=0.75&tf=0:000000:0,10:ff8000:0.5,20:ffffff:1&lit=on&clip=0,1,2,3,4,5&planes=1,0,0,-2.5;0,-1e-3,2,0&"
       "level=2&background=11223344"
-      "&finder=grid&walk=off&cull=off&output=position&format=jpeg&quality=70");
+      "&finder=grid&walk=off&cull=off&output=position&samples=16&format=jpeg&quality=70");
   const View& view = request.view;
   EXPECT_EQ(view.width, 640);
   EXPECT_EQ(view.height, 480);
@@ -57,6 +57,7 @@ TEST(ViewFields, ReadEveryMember) {
   EXPECT_FALSE(view.walk);
   EXPECT_FALSE(view.cull);
   EXPECT_EQ(view.output, Output::position);
+  EXPECT_EQ(view.samples, 16);
   EXPECT_EQ(request.format, ImageFormat::jpeg);
   EXPECT_EQ(request.quality, 70);
 }
@@ -202,6 +203,9 @@ const BadField kBadFields[] = {
     {"cull", "true"},
     {"output", "normal"},
     {"output", "Depth"},
+    {"samples", "0"},
+    {"samples", "257"},
+    {"samples", "1.5"},
     {"format", "webp"},
     {"format", "jpg"},
     {"quality", "0"},
@@ -325,6 +329,7 @@ TEST(ViewFields, QueryOfARequestGivesItBack) {
     view.walk = i % 2 == 0;
     view.cull = i % 3 == 0;
     view.output = static_cast<Output>(i % 4);
+    view.samples = 1 + i % 256;
     request.format = static_cast<ImageFormat>(i % 3);
     request.quality = 1 + i % 100;
     EXPECT_EQ(fromQuery(viewQuery(request)), request) << viewQuery(request);

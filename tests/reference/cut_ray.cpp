@@ -8,8 +8,8 @@
 
 namespace blockwalk::reference {
 
-CutRay cutRay(const DenseVolume& volume, const View& view, int x, int y) {
-  const Ray world = worldRay(view, x, y);
+CutRay cutRay(const DenseVolume& volume, const View& view, int x, int y, glm::dvec2 place) {
+  const Ray world = worldRay(view, x, y, place);
   CutRay cut{.world = world,
              .ray = indexRay(volume, world),
              .interval = {.t_min = 0, .t_max = std::numeric_limits<double>::infinity()}};

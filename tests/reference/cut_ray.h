@@ -21,7 +21,7 @@ struct CutRay {
   bool starts_inside = false;  // at the eye or at a clip face, not at a face of the volume
 };
 
-CutRay cutRay(const DenseVolume& volume, const View& view, int x, int y);
+CutRay cutRay(const DenseVolume& volume, const View& view, int x, int y, glm::dvec2 place = kPixelCentre);
 
 // The ray stays within this distance of one plane of voxel faces all the way, in voxels.
 double faceDistance(const CutRay& cut);

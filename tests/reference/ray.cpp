@@ -19,7 +19,7 @@ double segmentDistance(glm::dvec2 point, glm::dvec2 p, glm::dvec2 q) {
 
 }  // namespace
 
-Ray worldRay(const View& resolved, int x, int y) {
+Ray worldRay(const View& resolved, int x, int y, glm::dvec2 place) {
   const glm::dvec3 eye = resolved.eye.value();
   const glm::dvec3 forward = glm::normalize(resolved.target.value() - eye);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, resolved.up.value()));
@@ -27,8 +27,8 @@ Ray worldRay(const View& resolved, int x, int y) {
   const double half_height =
       resolved.ortho_height ? *resolved.ortho_height / 2 : std::tan(resolved.fov_degrees * std::numbers::pi / 360);
   const double half_width = half_height * resolved.width / resolved.height;
-  const double u = ((x + 0.5) / resolved.width * 2 - 1) * half_width;
-  const double v = (1 - (y + 0.5) / resolved.height * 2) * half_height;
+  const double u = ((x + place.x) / resolved.width * 2 - 1) * half_width;
+  const double v = (1 - (y + place.y) / resolved.height * 2) * half_height;
   const glm::dvec3 offset = u * right + v * up;
   if (resolved.ortho_height) return {.origin = eye + offset, .direction = forward};
   return {.origin = eye, .direction = glm::normalize(forward + offset)};

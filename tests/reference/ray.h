@@ -25,8 +25,11 @@ struct Interval {
   double t_max = 0;
 };
 
-// The ray through the centre of pixel (x, y), row 0 at the top. The view is resolved: eye, target and up are there.
-Ray worldRay(const View& resolved, int x, int y);
+constexpr glm::dvec2 kPixelCentre{0.5, 0.5};
+
+// The ray through a place in pixel (x, y), row 0 at the top; the place is 0..1 to the right and downwards. The view is
+// resolved: eye, target and up are there.
+Ray worldRay(const View& resolved, int x, int y, glm::dvec2 place = kPixelCentre);
 
 // The same ray in the index space of the volume's level.
 Ray indexRay(const DenseVolume& volume, const Ray& world);

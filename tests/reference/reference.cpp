@@ -93,9 +93,9 @@ TransferPoint transferAt(const std::vector<TransferPoint>& transfer, double valu
   return transferPieceAt(transfer, value, shape).at_value;
 }
 
-Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y) {
+Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place) {
   const Scene scene{.volume = volume, .view = resolved};
-  const CutRay cut = cutRay(volume, resolved, x, y);
+  const CutRay cut = cutRay(volume, resolved, x, y, place);
   Pixel pixel;
   pixel.face_distance = faceDistance(cut);
   pixel.color = overBackground(resolved, glm::dvec3(0), 1);
@@ -106,6 +106,40 @@ Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y)
   }
   return pixel;
 }
+
+glm::dvec2 placeOfSample(int x, int y, int index) {
+  using Word = std::uint32_t;
+  constexpr Word kFactor = 1664525;
+  Word a = static_cast<Word>(x) * kFactor + 1013904223, b = static_cast<Word>(y) * kFactor + 1013904223;
+  for (int round = 0; round < 2; ++round) {
+    a += b * kFactor;
+    b += a * kFactor;
+    a ^= a >> 16;
+    b ^= b >> 16;
+  }
+  a += static_cast<Word>(index) * Word{3242174889};
+  b += static_cast<Word>(index) * Word{2447445414};
+  return {std::ldexp(a, -32), std::ldexp(b, -32)};
+}
+
+namespace {
+
+Pixel meanPixel(const DenseVolume& volume, const View& view, int x, int y) {
+  Pixel mean;
+  glm::dvec4 sum(0);
+  for (int i = 0; i < view.samples; ++i) {
+    const Pixel pixel = renderPixel(volume, view, x, y, placeOfSample(x, y, i));
+    sum += glm::dvec4(glm::dvec3(pixel.color) * pixel.color.a, pixel.color.a);
+    mean.edge_distance = std::min(mean.edge_distance, pixel.edge_distance);
+    mean.face_distance = std::min(mean.face_distance, pixel.face_distance);
+    mean.lattice_distance = std::min(mean.lattice_distance, pixel.lattice_distance);
+    mean.margin = std::min(mean.margin, pixel.margin);
+  }
+  if (sum.a > 0) mean.color = glm::dvec4(glm::dvec3(sum) / sum.a, sum.a / view.samples);
+  return mean;
+}
+
+}  // namespace
 
 Image renderEach(const View& view, const std::function<Pixel(int x, int y)>& render) {
   Image image{.width = view.width, .height = view.height};
@@ -127,7 +161,9 @@ Image renderEach(const View& view, const std::function<Pixel(int x, int y)>& ren
 }
 
 Image renderImage(const DenseVolume& volume, const View& resolved) {
-  return renderEach(resolved, [&](int x, int y) { return renderPixel(volume, resolved, x, y); });
+  return renderEach(resolved, [&](int x, int y) {
+    return resolved.samples > 1 ? meanPixel(volume, resolved, x, y) : renderPixel(volume, resolved, x, y);
+  });
 }
 
 }  // namespace blockwalk::reference

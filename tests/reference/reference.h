@@ -19,6 +19,7 @@
 
 #include "renderer/view.h"
 #include "tests/reference/dense_volume.h"
+#include "tests/reference/ray.h"
 
 namespace blockwalk::reference {
 
@@ -77,9 +78,13 @@ TransferPoint transferAt(const std::vector<TransferPoint>& transfer, double valu
                          TransferShape shape = TransferShape::linear);
 
 // The view is resolved (eye, target, up, range and, for scalars, transfer are there); its level is the volume's.
-Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y);
+Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place = kPixelCentre);
 
-// All pixels, on every core.
+// Where in a pixel its sample `index` lies, of several (docs/integration.md, Samples of a pixel).
+glm::dvec2 placeOfSample(int x, int y, int index);
+
+// All pixels, on every core. Of several samples a pixel has the mean of their colours, premultiplied, and the least of
+// their distances and margins; it has no voxel, t or value.
 Image renderImage(const DenseVolume& volume, const View& resolved);
 
 }  // namespace blockwalk::reference

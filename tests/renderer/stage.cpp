@@ -141,7 +141,7 @@ Frame RendererTest::draw(Renderer& other, ResidentVolume& volume, const View& vi
   EXPECT_EQ(frame.pixels.size(), view.output == Output::color ? pixels : 0);
   EXPECT_EQ(frame.values.size(), pixels * (view.output == Output::color ? 0 : view.output == Output::position ? 3 : 1));
   EXPECT_EQ(frame.probes.size(), pixels);
-  EXPECT_EQ(frame.stats.rays, pixels);
+  EXPECT_EQ(frame.stats.rays, pixels * static_cast<std::size_t>(view.samples));
   EXPECT_EQ(frame.stats.non_finite, 0u) << toString(view);
   EXPECT_EQ(frame.stats.loop_bound_hits, 0u) << toString(view);
   return frame;
