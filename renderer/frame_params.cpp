@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/density_scale.h"
 #include "renderer/grid.h"
 
 namespace blockwalk {
@@ -65,7 +66,8 @@ void setClipPlanes(const std::vector<ClipPlane>& planes, const glm::dmat4& level
 // f(A w) has the gradient A^T grad f in world space.
 void setLight(const Camera& camera, const VolumeInfo& info, const glm::dmat3& linear, gpu::FrameParams& params) {
   const double contrast = static_cast<double>(info.density_max) - static_cast<double>(emptyValue(info));
-  params.light_strength = static_cast<float>(kFullLightShare * unitDistance(info) / contrast);
+  params.light_strength =
+      static_cast<float>(kFullLightShare * unitDistance(info) / std::ldexp(contrast, densityExponent(info)));
   for (int row = 0; row < 3; ++row) params.gradient_rows[row] = glm::vec3(linear[row]);
   const glm::dvec3 light = glm::normalize(-camera.right + camera.up - camera.forward);
   params.light = glm::vec3(linear * light);
@@ -93,10 +95,12 @@ gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const
   setClipPlanes(plan.planes, level_from_world, params);
   params.block_dims = blockDims(info.levels[static_cast<std::size_t>(plan.level)].dims, info.blockVoxels());
   params.size = {view.width, view.height};
-  params.density_lo = plan.range.lo;
-  params.density_hi = plan.range.hi;
+  const StoredRange range = onDevice(plan.range, info);
+  params.density_lo = range.lo;
+  params.density_hi = range.hi;
   params.range_mask = plan.range_mask;
-  params.extinction_scale = static_cast<float>(view.extinction / (255.0 * unitDistance(info)));
+  // Beyond the cap whatever has a length is opaque, and a product with a density of 255 stays finite.
+  params.extinction_scale = static_cast<float>(std::min(view.extinction / (255.0 * unitDistance(info)), 1e35));
   const float opacity = static_cast<float>(view.background[3]) / 255.0f;
   for (int i = 0; i < 3; ++i)
     params.background[i] = static_cast<float>(view.background[static_cast<std::size_t>(i)]) / 255.0f * opacity;

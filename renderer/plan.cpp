@@ -119,14 +119,13 @@ std::string describe(const KernelKey& key) {
 }
 
 StoredRange visibleRange(const View& view, const VolumeInfo& info) {
-  DensityRange data = view.mode == Mode::iso ? DensityRange{*view.iso, kInfinity} : *view.range;
-  if (isScalar(info) && looksAtOpacity(view)) {
-    const DensityRange support = transferSupport(view);
-    data = {std::max(data.lo, support.lo), std::min(data.hi, support.hi)};
-  }
-  StoredRange range{.lo = floatAtLeast(info.storedFromData(data.lo)), .hi = floatAtMost(info.storedFromData(data.hi))};
   const bool whole_numbers = info.type != VoxelType::f32 && view.filter == Filter::nearest;
-  if (whole_numbers) range = {.lo = std::ceil(range.lo), .hi = std::floor(range.hi)};
+  const auto stored = [&](const DensityRange& data) {
+    const StoredRange range{.lo = floatAtLeast(info.storedFromData(data.lo)),
+                            .hi = floatAtMost(info.storedFromData(data.hi))};
+    return whole_numbers ? StoredRange{.lo = std::ceil(range.lo), .hi = std::floor(range.hi)} : range;
+  };
+  StoredRange range = stored(view.mode == Mode::iso ? DensityRange{*view.iso, kInfinity} : *view.range);
   const float above_empty = whole_numbers
                                 ? std::floor(info.empty_threshold) + 1
                                 : std::nextafter(info.empty_threshold, std::numeric_limits<float>::infinity());
@@ -136,7 +135,10 @@ StoredRange visibleRange(const View& view, const VolumeInfo& info) {
       view.mode != Mode::iso && range.lo <= info.density_min;  // an iso value is meant as it stands
   range.lo = opens_below ? above_empty : std::max(range.lo, above_empty);
   range.hi = range.hi >= info.density_max ? std::numeric_limits<float>::max() : range.hi;
-  return range;
+  if (!isScalar(info) || !looksAtOpacity(view)) return range;
+  // Where the transfer function is transparent it stays so, also between voxels and on coarser levels.
+  const StoredRange support = stored(transferSupport(view));
+  return {.lo = std::max(range.lo, support.lo), .hi = std::min(range.hi, support.hi)};
 }
 
 std::vector<ClipPlane> cuttingPlanes(const View& view, const VolumeInfo& info) {

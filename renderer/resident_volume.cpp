@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstring>
 
+#include "renderer/density_scale.h"
 #include "renderer/grid.h"
 #include "shaders/kernel_interface.h"
 #include "volume/apron.h"
@@ -83,13 +84,13 @@ void uploadBlocks(Device& device, const Buffer& buffer, const Chunk& chunk, cons
   }
 }
 
-gpu::GpuBlock gpuBlock(const Block& block, int block_voxels, std::uint64_t address) {
+gpu::GpuBlock gpuBlock(const Block& block, int block_voxels, int exponent, std::uint64_t address) {
   gpu::GpuBlock record{};
   record.voxels = address;
   record.origin = block.origin * block_voxels;
   record.first_subblock = static_cast<std::uint32_t>(block.first_subblock);
-  record.density_min = block.density_min;
-  record.density_max = block.density_max;
+  record.density_min = onDevice(block.density_min, exponent);
+  record.density_max = onDevice(block.density_max, exponent);
   record.range_mask = block.range_mask;
   std::ranges::copy(block.neighbours, record.neighbours);
   fillIndices(block, record);
@@ -166,21 +167,28 @@ std::unique_ptr<ResidentLevel> VulkanVolume::loadWithApron(int number) {
 void VulkanVolume::uploadLevel(ResidentLevel& level, std::uint64_t subblock_bytes, const ReadBlocks& read) {
   const std::vector<Block>& blocks = level.records.blocks;
   BLOCKWALK_CHECK(level.records.subblocks.size(), <, gpu::kNone);
+  const int exponent = densityExponent(info());
+  const auto read_scaled = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
+    read(first, end, out);
+    toDevice(out, exponent);
+  };
   std::vector<gpu::GpuBlock> records;
   records.reserve(blocks.size());
   for (const Chunk& chunk : cutIntoChunks(blocks, subblock_bytes, chunk_bytes_)) {
     Buffer& buffer = level.voxel_chunks.emplace_back(device_, chunk.bytes, BufferUse::resident);
-    uploadBlocks(device_, buffer, chunk, blocks, subblock_bytes, read);
+    uploadBlocks(device_, buffer, chunk, blocks, subblock_bytes, read_scaled);
     const std::uint64_t first = blocks[chunk.first_block].first_subblock;
     for (std::size_t i = chunk.first_block; i < chunk.end_block; ++i) {
       const std::uint64_t offset = (blocks[i].first_subblock - first) * subblock_bytes;
-      records.push_back(gpuBlock(blocks[i], info().blockVoxels(), buffer.address() + offset));
+      records.push_back(gpuBlock(blocks[i], info().blockVoxels(), exponent, buffer.address() + offset));
     }
   }
   level.blocks = uploadVector(device_, records);
   std::vector<gpu::GpuSubblock> subblocks(level.records.subblocks.size());
-  std::ranges::transform(level.records.subblocks, subblocks.begin(), [](const Subblock& s) {
-    return gpu::GpuSubblock{.density_min = s.density_min, .density_max = s.density_max, .range_mask = s.range_mask};
+  std::ranges::transform(level.records.subblocks, subblocks.begin(), [&](const Subblock& s) {
+    return gpu::GpuSubblock{.density_min = onDevice(s.density_min, exponent),
+                            .density_max = onDevice(s.density_max, exponent),
+                            .range_mask = s.range_mask};
   });
   level.subblocks = uploadVector(device_, subblocks);
   level.records.subblocks = {};  // only the device needs them from here on

@@ -4,8 +4,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/density_scale.h"
+
 namespace blockwalk {
 namespace {
+
+constexpr double kLargestScale = 3e38;
 
 // Constant beyond the ends; linear between points, or as the point before.
 TransferPoint evaluate(const View& view, double value) {
@@ -25,7 +29,7 @@ TransferPoint evaluate(const View& view, double value) {
 glm::vec4 entryOf(const TransferPoint& point, double unit_distance) {
   const double sigma =
       point.opacity >= 1 ? kOpaqueExtinction : std::min(-std::log1p(-point.opacity), kOpaqueExtinction);
-  return {glm::vec3(point.color), static_cast<float>(sigma / unit_distance)};
+  return {glm::vec3(point.color), static_cast<float>(std::min(sigma / unit_distance, 1e35))};
 }
 
 bool isExact(const View& view, const VolumeInfo& info) {
@@ -44,18 +48,55 @@ TransferTable bakeExact(const View& view, const VolumeInfo& info, StoredRange vi
   return table;
 }
 
-// Trapezoids over the entries, which is what interpolating them linearly means.
-void integrate(TransferTable& table) {
+// Integrals over u = 0..1 of sigma = -ln q and of u sigma, q = 1 - opacity straight from q0 to q1.
+glm::dvec2 momentsOfLog(double q0, double q1) {
+  const double slope = q1 - q0;
+  if (std::abs(slope) < 0.25 * std::max(q0, q1)) {
+    // The closed form would cancel; Gauss and Legendre's rule of four nodes is right to 1e-9 here.
+    constexpr double kNode[] = {0.069431844202973712, 0.330009478207571868};
+    constexpr double kWeight[] = {0.173927422568726929, 0.326072577431273071};
+    glm::dvec2 sum(0);
+    for (int i = 0; i < 4; ++i) {
+      const double u = i < 2 ? kNode[i] : 1 - kNode[i - 2];
+      sum += kWeight[i % 2] * std::min(-std::log(q0 + u * slope), kOpaqueExtinction) * glm::dvec2(1, u);
+    }
+    return sum;
+  }
+  const auto logOf = [](double q) { return q > 0 ? std::log(q) : 0; };
+  const auto primitive = [&](double q) { return q - q * logOf(q); };
+  const auto primitive_of_moment = [&](double q) { return q * q * (0.25 - 0.5 * logOf(q)); };
+  const double mean = (primitive(q1) - primitive(q0)) / slope;
+  const double moment = (primitive_of_moment(q1) - primitive_of_moment(q0)) / slope;
+  return {mean, (moment - q0 * mean) / slope};
+}
+
+// Integral over value from `lo` to `hi` of (extinction x colour, extinction) a unit distance; no point lies between.
+glm::dvec4 integralBetween(const View& view, double lo, double hi) {
+  const TransferPoint a = evaluate(view, lo);
+  const TransferPoint b = view.transfer_shape == TransferShape::stepped ? a : evaluate(view, hi);
+  const glm::dvec2 moments = a.opacity >= 1 && b.opacity >= 1 ? kOpaqueExtinction * glm::dvec2(1, 0.5)
+                                                              : momentsOfLog(1 - a.opacity, 1 - b.opacity);
+  return (hi - lo) * glm::dvec4(moments.x * a.color + moments.y * (b.color - a.color), moments.x);
+}
+
+// The exact integral up to each entry, so that what is narrower than an entry counts for what it is. `value(i)` is the
+// entry's, in data units; one data unit is `device_per_data` on the device.
+template <typename ValueOf>
+void integrate(const View& view, double unit_distance, ValueOf value, double device_per_data, TransferTable& table) {
   glm::dvec4 sum(0);
-  const auto density = [](const glm::vec4& entry) {
-    return glm::dvec4(glm::dvec3(entry) * static_cast<double>(entry.a), entry.a);
-  };
-  for (std::size_t i = 0; i < table.entries.size(); ++i) {
-    if (i > 0)
-      sum += 0.5 / static_cast<double>(table.scale) * (density(table.entries[i - 1]) + density(table.entries[i]));
-    const glm::vec4 rounded(sum);
+  auto point = view.transfer.begin();
+  for (int i = 0; i < kTableEntries; ++i) {
+    double at = i > 0 ? value(i - 1) : value(0);
+    while (point != view.transfer.end() && point->value <= at) ++point;
+    for (; point != view.transfer.end() && point->value < value(i); ++point) {
+      sum += integralBetween(view, at, point->value);
+      at = point->value;
+    }
+    sum += integralBetween(view, at, value(i));
+    const glm::dvec4 integral = sum * (device_per_data / unit_distance);
+    const glm::vec4 rounded(integral);
     table.integrals.push_back(rounded);
-    table.integrals.emplace_back(sum - glm::dvec4(rounded));
+    table.integrals.emplace_back(integral - glm::dvec4(rounded));
   }
 }
 
@@ -68,16 +109,20 @@ TransferTable bakeTransfer(const View& view, const VolumeInfo& info, const Plan&
   const double least = mixes_empties ? std::min(info.density_min, emptyValue(info)) : info.density_min;
   const double lo = std::max<double>(plan.range.lo, least);
   const double hi = std::max<double>(std::min<double>(plan.range.hi, info.density_max), lo);
-  const double width = hi > lo ? hi - lo : 1;
+  const int exponent = densityExponent(info);
+  // A narrower table would have a scale that is no float; one entry more than enough for what is a float is left.
+  const double least_width = std::ldexp((kTableEntries - 1) / kLargestScale, -exponent);
+  const double width = std::max(hi > lo ? hi - lo : 1, least_width);
   TransferTable table;
-  table.scale = static_cast<float>((kTableEntries - 1) / width);
-  table.first = static_cast<float>(lo);
+  table.scale = static_cast<float>(std::ldexp((kTableEntries - 1) / width, -exponent));
+  table.first = static_cast<float>(std::ldexp(lo, exponent));
   table.entries.reserve(kTableEntries);
-  for (int i = 0; i < kTableEntries; ++i) {
-    const double stored = lo + width * i / (kTableEntries - 1);
-    table.entries.push_back(entryOf(evaluate(view, info.dataFromStored(stored)), unitDistance(info)));
+  const auto value = [&](int i) { return info.dataFromStored(lo + width * i / (kTableEntries - 1)); };
+  for (int i = 0; i < kTableEntries; ++i)
+    table.entries.push_back(entryOf(evaluate(view, value(i)), unitDistance(info)));
+  if (plan.needs_integrals) {
+    integrate(view, unitDistance(info), value, std::ldexp(1 / info.value_scale, exponent), table);
   }
-  if (plan.needs_integrals) integrate(table);
   return table;
 }
 

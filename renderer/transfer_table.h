@@ -11,7 +11,8 @@ namespace blockwalk {
 // Entries are (red, green, blue, extinction per world unit).
 // Exact (filter nearest, u8 and u16, blend and first-hit): one entry a stored value, all 0 outside the visible range.
 // Otherwise kTableEntries over the visible part of the level's data, interpolated linearly; what is outside the visible
-// range must not be looked up. index = (stored - first) * scale.
+// range must not be looked up. index = (density - first) * scale, with the density as it is on the device
+// (renderer/density_scale.h).
 struct TransferTable {
   std::vector<glm::vec4> entries;
   // Two a table entry: integrals over stored value from the first entry of (extinction x colour, extinction), and what
