@@ -59,8 +59,8 @@ void parseTf(ImageRequest& request, Text text) {
 
 void parseExtinction(ImageRequest& request, Text text) {
   const double extinction = parseNumber("extinction", text);
-  // Beyond this the kernel's floats overflow, and an opaque voxel cannot become more opaque.
-  if (extinction < 0 || extinction > 1e6) failValue("extinction", "must be a number from 0 to 1000000", text);
+  // An opaque voxel cannot become more opaque.
+  if (extinction < 0 || extinction > 1e12) failValue("extinction", "must be a number from 0 to 1e12", text);
   request.view.extinction = extinction;
 }
 
@@ -105,7 +105,7 @@ constexpr std::array kFields = {
               [](ImageRequest& request, Text text) {
                 request.view.classification = parseChoice("classification", text, kClassificationChoices);
               }},
-    ViewField{"extinction", "SIGMA", "rgba8: extinction per unit distance at full density, 0..1000000 (0.2)",
+    ViewField{"extinction", "SIGMA", "rgba8: extinction per unit distance at full density, 0..1e12 (0.2)",
               parseExtinction},
     ViewField{"tf", "value:rrggbb:opacity,...|PRESET",
               "scalar volumes: transfer function, ascending, or grey, viridis, cividis, inferno, ct-bone, "
