@@ -18,6 +18,8 @@ struct Stage : test::RendererTest {
   using RendererTest::with;
 };
 
+constexpr double kDepthPrecision = 1e-6;  // relative, of the bisection
+
 // A built scenario: resident, its view resolved, with the dense volume that the reference looks at.
 struct Built {
   test::Scene scene;
@@ -104,23 +106,26 @@ double wrongHits(const Scenario& scenario) {
 double depthError(const DepthScenario& depth) {
   Built built = build(depth.scenario);
   built.view.width = built.view.height = 1;
-  built.view.background = {0, 0, 0, 255};
-  const double expected = -std::log1p(-(depth.byte + 0.5) / 255);
+  const std::uint8_t behind = depth.dark ? 255 : 0;
+  built.view.background = {behind, behind, behind, 255};
+  const auto depthOf = [&](double red) { return depth.dark ? -std::log(red) : -std::log1p(-red); };
+  const double expected = depthOf((depth.byte + 0.5) / 255);
   double largest = 0;
   for (Filter filter : depth.scenario.filters) {
     built.view.filter = filter;
     for (const test::Combination& combination : Stage::combinations()) {
       double lo = std::log(depth.lo), hi = std::log(depth.hi);
       View view = Stage::with(built.view, combination);
-      for (int i = 0; i < 40 && hi - lo > 1e-8; ++i) {
+      while (hi - lo > kDepthPrecision) {
         const double middle = 0.5 * (lo + hi);
         depth.set_strength(view, std::exp(middle));
         const bool above = channel(Stage::draw(built.scene, view).pixels[0], 0) > depth.byte;
-        (above ? hi : lo) = middle;
+        (above != depth.dark ? hi : lo) = middle;
       }
       depth.set_strength(view, std::exp(0.5 * (lo + hi)));
-      const double opacity = reference::renderPixel(built.dense, view, 0, 0).color.r;  // white over black
-      largest = std::max(largest, std::abs(-std::log1p(-opacity) / expected - 1));
+      const double red = reference::renderPixel(built.dense, view, 0, 0).color.r;
+      const double error = std::abs(depthOf(red) / expected - 1);
+      largest = std::isfinite(error) ? std::max(largest, error) : error;
     }
   }
   return largest;

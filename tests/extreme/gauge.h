@@ -34,15 +34,17 @@ double imageError(const Scenario& scenario);
 // count.
 double wrongHits(const Scenario& scenario);
 
-// Relative error of an optical depth, far below an 8-bit step: white matter over black, one pixel. `view` makes the
-// view for a strength; the strength at which the pixel turns from `byte` to `byte` + 1 is found by bisection between
-// `lo` and `hi` (geometrically), and there the reference's optical depth is compared with -ln(1 - (byte + 0.5) / 255).
+// Relative error of an optical depth, far below an 8-bit step: the strength at which one pixel turns from `byte` to
+// `byte` + 1 is found by bisection between `lo` and `hi` (geometrically), and there the reference's optical depth is
+// compared with the one that gives (byte + 0.5) / 255. White matter over black measures the sum of what is gathered,
+// black over white the transmittance.
 struct DepthScenario {
   Scenario scenario;  // view: all but the strength
   std::function<void(View& view, double strength)> set_strength;
   double lo = 1e-15;
   double hi = 1e15;
   int byte = 127;
+  bool dark = false;  // the matter is black
 };
 double depthError(const DepthScenario& scenario);
 

@@ -11,13 +11,15 @@ namespace {
 
 class Filled : public Source {
  public:
-  Filled(VoxelType type, glm::ivec3 dims, Density density, const glm::dmat4& world_from_index)
+  Filled(VoxelType type, glm::ivec3 dims, Density density, const glm::dmat4& world_from_index, ValueMap values)
       : density_(std::move(density)) {
     info_ = {.name = "extreme",
              .format = "demo",
              .type = type,
              .dims = dims,
              .world_from_index = world_from_index,
+             .value_scale = values.scale,
+             .value_offset = values.offset,
              .random_access = true};
   }
 
@@ -61,8 +63,19 @@ class Filled : public Source {
 glm::dmat4 spacing(glm::dvec3 voxel) { return glm::scale(glm::dmat4(1), voxel); }
 
 std::shared_ptr<Source> fill(VoxelType type, glm::ivec3 dims, const Density& density,
-                             const glm::dmat4& world_from_index) {
-  return std::make_shared<Filled>(type, dims, density, world_from_index);
+                             const glm::dmat4& world_from_index, ValueMap values) {
+  return std::make_shared<Filled>(type, dims, density, world_from_index, values);
+}
+
+double noise(glm::ivec3 voxel) {
+  std::uint32_t state = 0x9e3779b9u;
+  for (int axis = 0; axis < 3; ++axis) {
+    state = (state ^ static_cast<std::uint32_t>(voxel[axis])) * 0x85ebca6bu;
+    state ^= state >> 15;
+    state *= 0xc2b2ae35u;
+    state ^= state >> 13;
+  }
+  return static_cast<double>(state) / 4294967295.0;
 }
 
 std::shared_ptr<Source> clumps(VoxelType type, glm::ivec3 dims, const glm::dmat4& world_from_index) {

@@ -18,9 +18,18 @@ using Density = std::function<float(glm::ivec3)>;
 // Spacing along each axis, no rotation.
 glm::dmat4 spacing(glm::dvec3 voxel);
 
+// data = offset + scale * stored
+struct ValueMap {
+  double scale = 1;
+  double offset = 0;
+};
+
 // A volume whose density is a function of the voxel; rgba8 has the colour (white) and the density's byte.
 std::shared_ptr<Source> fill(VoxelType type, glm::ivec3 dims, const Density& density,
-                             const glm::dmat4& world_from_index = glm::dmat4(1));
+                             const glm::dmat4& world_from_index = glm::dmat4(1), ValueMap values = {});
+
+// A number 0..1 that looks random, the same for the same voxel.
+double noise(glm::ivec3 voxel);
 
 // Clumps of noise, sharp faces and single voxels (tests/renderer/synthetic.h).
 std::shared_ptr<Source> clumps(VoxelType type, glm::ivec3 dims, const glm::dmat4& world_from_index = glm::dmat4(1));
