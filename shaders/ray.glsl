@@ -66,7 +66,8 @@ Ray makeRay(ivec2 pixel, vec2 place) {
     }
   }
   ray.start = ray.origin;
-  ray.dt = frame.step_voxels / length(ray.dir);
+  float largest = max3(abs(ray.dir));  // its square need be no float
+  ray.dt = frame.step_voxels / (largest * length(ray.dir / largest));
   // Inside the box only the voxel column counts; its centre keeps every plane away from the ray.
   ray.origin = mix(ray.origin, floor(ray.origin) + 0.5, still);
   return ray;
