@@ -46,10 +46,9 @@ double pixelError(std::uint32_t drawn, const glm::dvec4& expected) {
   return error;
 }
 
-double frameError(const Frame& frame, const reference::Image& expected, bool skips_faces) {
+double frameError(const Frame& frame, const reference::Image& expected) {
   double error = 0;
   for (std::size_t i = 0; i < expected.pixels.size(); ++i) {
-    if (skips_faces && expected.pixels[i].face_distance < test::kNearEdge) continue;
     error = std::max(error, pixelError(frame.pixels[i], expected.pixels[i].color));
   }
   return error;
@@ -72,7 +71,7 @@ double imageError(const Scenario& scenario) {
     EXPECT_EQ(showsSomething(expected, built.view), !scenario.blank);
     for (const test::Combination& combination : Stage::combinations()) {
       const Frame frame = Stage::draw(built.scene, Stage::with(built.view, combination));
-      const double error = frameError(frame, expected, scenario.skips_faces);
+      const double error = frameError(frame, expected);
       if (error > largest && error > 1) {
         std::printf("  %s filter %s: %.3f, %s\n", test::toString(combination).c_str(),
                     filter == Filter::nearest ? "nearest" : "linear", error,

@@ -22,8 +22,6 @@ struct Scenario {
   // A dense volume with the same field where the rays run, when the whole would not fit in memory.
   std::shared_ptr<reference::DenseVolume> reference = nullptr;
   bool blank = false;  // the image must be background alone
-  // Rays in a plane of voxel faces are nobody's: rounding decides on which side they run.
-  bool skips_faces = false;
 };
 
 // Largest difference of a channel to the unrounded reference, in 8-bit steps; colours weigh as much as they cover. A

@@ -116,8 +116,8 @@ void addMaps(std::vector<Case>& cases) {
   cases.push_back(stretched("spacing_1000_1_1", "spacing 1000:1:1", {1000, 1, 1}, {-40, 15, 18}, {0, 1, 0}, 1000));
   cases.push_back(shaped("spacing_1e_9", "voxels of 1e-9 m", dims, spacing(glm::dvec3(1e-9))));
   cases.push_back(shaped("spacing_1e9", "voxels of 1e9 m", dims, spacing(glm::dvec3(1e9))));
-  cases.push_back(shaped("spacing_1e_15", "voxels of 1e-15 m", dims, spacing(glm::dvec3(1e-15))));
-  cases.push_back(shaped("spacing_1e15", "voxels of 1e15 m", dims, spacing(glm::dvec3(1e15))));
+  cases.push_back(shaped("spacing_1e_25", "voxels of 1e-25 m", dims, spacing(glm::dvec3(1e-25))));
+  cases.push_back(shaped("spacing_1e25", "voxels of 1e25 m", dims, spacing(glm::dvec3(1e25))));
   cases.push_back(stretched("spacing_mixed", "spacing 1e-3:1:1e3", {1e-3, 1, 1e3}, {18, 15, 40}, {1, 0, 0}, 1e6));
   cases.push_back(shaped("rotated", "a map with an oblique rotation", dims, test::obliqueMap(false)));
   cases.push_back(shaped("mirrored", "a map that mirrors and rotates", dims, test::obliqueMap(true)));
