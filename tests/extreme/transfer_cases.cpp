@@ -107,7 +107,7 @@ std::vector<Case> transferCases() {
       "points_1e300", "u8, points at -1e300 and 1e300",
       {{.value = -1e300, .color = {1, 0, 0}, .opacity = 0.1}, {.value = 1e300, .color = {0, 0, 1}, .opacity = 0.3}}));
   cases.push_back(
-      shown("points_1e_300_apart", "u8, points 1e-13 apart", stepAt(100, 1e-13, 0.5), {.filters = {Filter::nearest}}));
+      shown("points_1e_13_apart", "u8, points 1e-13 apart", stepAt(100, 1e-13, 0.5), {.filters = {Filter::nearest}}));
   return cases;
 }
 
