@@ -31,11 +31,6 @@ function(add_room_test room)
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${room} ${sanitizer_properties})
 endfunction()
 
-# The float64 reference renderer: shares no code with the kernels.
-file(GLOB reference_sources CONFIGURE_DEPENDS tests/reference/*.cpp)
-add_library(reference STATIC ${reference_sources})
-target_link_libraries(reference PUBLIC volume)
-
 add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB PNG::PNG TIFF::TIFF PkgConfig::XXHASH)
 add_room_test(protocol TIMEOUT 120 LIBRARIES protocol renderer PNG::PNG)
 add_room_test(renderer DRAWS TIMEOUT 600 LIBRARIES renderer protocol reference)

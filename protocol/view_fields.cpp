@@ -50,6 +50,12 @@ void parseStep(ImageRequest& request, Text text) {
   request.view.step = step;
 }
 
+void parseTermination(ImageRequest& request, Text text) {
+  const double bound = parseNumber("termination", text);
+  if (bound < 0 || bound > 0.5) failValue("termination", "must be from 0 to 0.5", text);
+  request.view.termination = bound;
+}
+
 // A preset's name, or points; each takes the place of the other.
 void parseTf(ImageRequest& request, Text text) {
   const bool points = text.find(':') != Text::npos;
@@ -115,6 +121,8 @@ constexpr std::array kFields = {
               [](ImageRequest& request, Text text) {
                 request.view.transfer_shape = parseChoice("tf-shape", text, kTransferShapeChoices);
               }},
+    ViewField{"termination", "T",
+              "mode blend: a ray with less transmittance left stops, 0..0.5 (1/1024 = 0.0009765625)", parseTermination},
     ViewField{"lit", "on|off", "gradient shading (off)",
               [](ImageRequest& request, Text text) { request.view.lit = parseSwitch("lit", text); }},
     ViewField{"iso", "VALUE", "mode iso: the surface's value, data units (auto: middle of the range)",

@@ -48,6 +48,7 @@ void addVolume(QueryWriter& query, const View& view) {
   if (view.transfer_shape != plain.transfer_shape) {
     query.add("tf-shape", choiceName(view.transfer_shape, kTransferShapeChoices));
   }
+  if (view.termination != plain.termination) query.add("termination", numberText(view.termination));
   if (view.lit) query.add("lit", "on");
   if (view.iso) query.add("iso", numberText(*view.iso));
   if (view.clip) query.add("clip", vectorText(view.clip->min) + "," + vectorText(view.clip->max));

@@ -100,6 +100,7 @@ gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const
   params.density_hi = range.hi;
   params.range_mask = plan.range_mask;
   // Beyond the cap whatever has a length is opaque, and a product with a density of 255 stays finite.
+  params.transmittance_bound = static_cast<float>(view.termination);
   params.extinction_scale = static_cast<float>(std::min(view.extinction / (255.0 * unitDistance(info)), 1e35));
   const float opacity = static_cast<float>(view.background[3]) / 255.0f;
   for (int i = 0; i < 3; ++i)

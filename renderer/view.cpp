@@ -52,6 +52,9 @@ void checkNumbers(const View& view) {
   if (!(view.extinction >= 0 && std::isfinite(view.extinction))) {
     throw ViewError("extinction", fmt::format("{} is not a finite number of at least 0", view.extinction));
   }
+  if (!(view.termination >= 0 && view.termination <= 0.5)) {
+    throw ViewError("termination", fmt::format("{} is not within 0..0.5", view.termination));
+  }
   if (!(view.step >= kMinStep && view.step <= kMaxStep)) {
     throw ViewError("step", fmt::format("{} is not within {}..{} voxels", view.step, kMinStep, kMaxStep));
   }

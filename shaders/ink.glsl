@@ -37,7 +37,7 @@ void gather(float density, Sample s, float t_begin, float length_t, inout Ink in
     float before = ink.transmittance * (1.0 - ink.part.a);
     ink.part += (1.0 - ink.part.a) * opacityOfDepth(s.extinction * length_t) * vec4(s.color, 1.0);
     float after = ink.transmittance * (1.0 - ink.part.a);
-    ink.done = after < kTransmittanceBound;
+    ink.done = after < scene.transmittance_bound;
     if (kOutput == kOutputPoint && after <= 0.5) {
       ink.t = t_begin + min(log(2.0 * before) / s.extinction, length_t);  // before exp(-extinction s) = 1/2
       ink.done = true;

@@ -80,6 +80,7 @@ struct Scene {
   uint table_last;
   uint sample_bound;
   vec3 gradient_rows[3];
+  float transmittance_bound;
   float light_strength;
   vec3 light;
 };
@@ -104,6 +105,7 @@ void loadScene() {
   scene.table_last = frame.table_last;
   scene.sample_bound = frame.sample_bound;
   scene.gradient_rows = frame.gradient_rows;
+  scene.transmittance_bound = frame.transmittance_bound;
   scene.light_strength = frame.light_strength;
   scene.light = frame.light;
 }

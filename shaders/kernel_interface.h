@@ -58,8 +58,6 @@ BLOCKWALK_CONST int kMaxClipPlanes = 12;  // a clip box's and a view's own
 BLOCKWALK_CONST int kGroupSide = 8;       // pixels; a workgroup is 8x8, a subgroup of 8 lanes 4x2 of them
 // Output point: t where there is nothing to show. Bounds of the traversal are of this size where a ray stands still.
 BLOCKWALK_CONST float kHugeT = 1e30f;
-// A ray whose remaining transmittance is below this stops: at most half an 8-bit step is lost.
-BLOCKWALK_CONST float kTransmittanceBound = 1.0f / 1024.0f;
 
 // Derin et al. 2021, section 2: one block as the kernel sees it.
 struct GpuBlock {
@@ -145,8 +143,9 @@ struct FrameParams {
   uint sample_bound;  // no ray has more samples in one subblock
   vec3
       gradient_rows[3];  // world gradient = (dot(row 0, g), dot(row 1, g), dot(row 2, g)) of the index-space gradient g
-  float light_strength;  // light is full where the world gradient times this reaches 1
-  vec3 light;            // index-space direction whose world direction is the unit vector to the light
+  float transmittance_bound;  // a ray of which less is left stops
+  float light_strength;       // light is full where the world gradient times this reaches 1
+  vec3 light;                 // index-space direction whose world direction is the unit vector to the light
 };
 
 struct PushConstants {
@@ -191,7 +190,7 @@ static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuC
 static_assert(offsetof(FrameParams, point_center) == 80 && offsetof(FrameParams, half_width) == 152);
 static_assert(offsetof(FrameParams, clip_planes) == 188 && offsetof(FrameParams, anchor) == 380);
 static_assert(offsetof(FrameParams, density_lo) == 428 && offsetof(FrameParams, background) == 456);
-static_assert(offsetof(FrameParams, gradient_rows) == 480 && offsetof(FrameParams, light) == 520);
+static_assert(offsetof(FrameParams, gradient_rows) == 480 && offsetof(FrameParams, light) == 524);
 static_assert(sizeof(PushConstants) == 24);
 }  // namespace blockwalk::gpu
 #endif

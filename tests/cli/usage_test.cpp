@@ -16,7 +16,7 @@ struct BadUse {
 };
 
 const BadUse kBadUses[] = {
-    {"", 2, "demo, import, info or render"},
+    {"", 2, "demo, import, info, render or bench"},
     {"teapot", 2, "teapot"},
     {"--nonsense", 2, "nonsense"},
     {"demo", 2, "NAME"},

@@ -73,7 +73,7 @@ TEST(ViewFields, AbsentValuesTakeAMemberBack) {
 TEST(ViewFields, AnUnchangedQueryGivesTheSameRequest) {
   for (const char* query :
        {"mode=mip", "mode=mean&filter=linear", "mode=iso&lit=on&iso=-3", "filter=linear&step=2", "tf=viridis",
-        "tf=0:000000:0,1:ffffff:0.5&tf-shape=stepped", "filter=linear&classification=pre-integrated", "tf=ct-bone",
+        "tf=0:000000:0,1:ffffff:0.5&tf-shape=stepped", "filter=linear&classification=pre-integrated", "tf=ct-bone", "termination=0.25",
         "planes=0,0,1,-5.25;1e-300,0,0,1"}) {
     EXPECT_EQ(viewQuery(fromQuery(query)), query);
   }
@@ -165,6 +165,8 @@ const BadField kBadFields[] = {
     {"tf-shape", "cubic"},
     {"tf", "jet"},
     {"iso", "inf"},
+    {"termination", "-0.1"},
+    {"termination", "0.6"},
     {"step", "0"},
     {"step", "1e-9"},
     {"extinction", "-1"},

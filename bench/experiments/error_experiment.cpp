@@ -1,0 +1,197 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/chrono.h>
+#include <fmt/format.h>
+#include <turbojpeg.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <nlohmann/json.hpp>
+
+#include "bench/experiments/experiments.h"
+#include "bench/experiments/image_error.h"
+#include "bench/experiments/scene_files.h"
+#include "protocol/image_codec.h"
+#include "tests/reference/converged.h"
+
+namespace blockwalk::bench {
+namespace {
+
+using nlohmann::json;
+
+// One setting of one knob; everything else is as in the default picture.
+struct Setting {
+  std::string knob;
+  std::string value;
+  bool is_default = false;
+  View view;
+  int scale = 1;    // rendered at a 1/scale of the size each way, and enlarged
+  int quality = 0;  // through JPEG of this quality, 0: not
+};
+
+// The default picture of a scientific view: linear filter, step 1/2, post-classified.
+View defaultLook(const ExperimentOptions& options, const VolumeInfo& info) {
+  View view;
+  view.width = options.width;
+  view.height = options.height;
+  view.filter = Filter::linear;
+  view.level = 0;
+  return resolveView(view, info);
+}
+
+std::vector<Setting> settingsFor(const View& base, const VolumeInfo& info) {
+  std::vector<Setting> settings;
+  const auto add = [&](std::string knob, std::string value, bool is_default, auto change) {
+    Setting setting{.knob = std::move(knob), .value = std::move(value), .is_default = is_default, .view = base};
+    change(setting);
+    settings.push_back(std::move(setting));
+  };
+  for (double step : {4.0, 2.0, 1.0, 0.5, 0.25, 0.125, 0.0625}) {
+    add("step", fmt::format("{}", step), step == base.step, [&](Setting& s) { s.view.step = step; });
+    if (info.type == VoxelType::rgba8) continue;
+    add("pre-integrated step", fmt::format("{}", step), false, [&](Setting& s) {
+      s.view.step = step;
+      s.view.classification = Classification::pre_integrated;
+    });
+  }
+  for (Filter filter : {Filter::nearest, Filter::linear}) {
+    const bool linear = filter == Filter::linear;
+    add("filter", linear ? "linear" : "nearest", linear, [&](Setting& s) { s.view.filter = filter; });
+  }
+  for (int exponent : {4, 6, 8, 10, 12, 14, 16}) {
+    const double bound = std::ldexp(1.0, -exponent);
+    add("termination", fmt::format("2^-{}", exponent), bound == base.termination,
+        [&](Setting& s) { s.view.termination = bound; });
+  }
+  for (int level = 0; level < std::min(4, static_cast<int>(info.levels.size())); ++level) {
+    add("level", fmt::format("{}", level), level == 0, [&](Setting& s) { s.view.level = level; });
+  }
+  for (int scale : {1, 2, 4}) {
+    add("scale", fmt::format("1/{}", scale), scale == 1, [&](Setting& s) { s.scale = scale; });
+  }
+  for (int quality : {30, 50, 70, 85, 95}) {
+    add("jpeg", fmt::format("{}", quality), quality == 85, [&](Setting& s) { s.quality = quality; });
+  }
+  return settings;
+}
+
+// Bilinear between pixel centres, as a canvas enlarges.
+std::vector<std::uint32_t> enlarged(const std::vector<std::uint32_t>& pixels, int width, int height, int to_width,
+                                    int to_height) {
+  std::vector<std::uint32_t> result(static_cast<std::size_t>(to_width) * static_cast<std::size_t>(to_height));
+  const auto at = [&](int x, int y) {
+    return pixels[static_cast<std::size_t>(std::clamp(y, 0, height - 1) * width + std::clamp(x, 0, width - 1))];
+  };
+  for (int y = 0; y < to_height; ++y) {
+    for (int x = 0; x < to_width; ++x) {
+      const double sx = (x + 0.5) * width / to_width - 0.5, sy = (y + 0.5) * height / to_height - 0.5;
+      const int x0 = static_cast<int>(std::floor(sx)), y0 = static_cast<int>(std::floor(sy));
+      std::uint32_t pixel = 0;
+      for (int c = 0; c < 4; ++c) {
+        const auto channel = [&](int i, int j) { return static_cast<double>(at(x0 + i, y0 + j) >> (8 * c) & 255u); };
+        const double top = channel(0, 0) + (channel(1, 0) - channel(0, 0)) * (sx - x0);
+        const double bottom = channel(0, 1) + (channel(1, 1) - channel(0, 1)) * (sx - x0);
+        pixel |= static_cast<std::uint32_t>(std::lround(top + (bottom - top) * (sy - y0))) << (8 * c);
+      }
+      result[static_cast<std::size_t>(y * to_width + x)] = pixel;
+    }
+  }
+  return result;
+}
+
+std::vector<std::uint32_t> throughJpeg(const Frame& frame, int quality, std::size_t& bytes) {
+  const std::vector<std::byte> file = encodeImage(frame, ImageFormat::jpeg, quality);
+  bytes = file.size();
+  std::vector<std::uint32_t> pixels(frame.pixels.size());
+  const tjhandle decoder = tjInitDecompress();
+  const int result = tjDecompress2(
+      decoder, reinterpret_cast<const unsigned char*>(file.data()), static_cast<unsigned long>(file.size()),
+      reinterpret_cast<unsigned char*>(pixels.data()), frame.width, 0, frame.height, TJPF_RGBA, TJFLAG_ACCURATEDCT);
+  tjDestroy(decoder);
+  if (result != 0) throw DataError("the JPEG that was written cannot be read");
+  return pixels;
+}
+
+json measure(Renderer& renderer, ResidentVolume& volume, const Setting& setting, const reference::Image& truth,
+             int samples) {
+  View view = setting.view;
+  view.width = std::max(1, view.width / setting.scale);
+  view.height = std::max(1, view.height / setting.scale);
+  const RenderOptions options{.count = false};
+  std::vector<double> times;
+  Frame frame;
+  for (int i = 0; i <= samples; ++i) {
+    frame = renderer.render(volume, view, options);
+    if (i > 0) times.push_back(frame.stats.gpu_ms);  // the first compiles and loads
+  }
+  std::ranges::sort(times);
+  json run{{"knob", setting.knob}, {"value", setting.value}, {"default", setting.is_default}};
+  run["ms"] = times[times.size() / 2];
+  if (setting.scale > 1) {
+    frame.pixels = enlarged(frame.pixels, view.width, view.height, setting.view.width, setting.view.height);
+  }
+  if (setting.quality > 0) {
+    std::size_t bytes = 0;
+    frame.pixels = throughJpeg(frame, setting.quality, bytes);
+    run["bytes"] = bytes;
+  }
+  const ImageError error = imageError(frame.pixels, truth);
+  run["rmse"] = error.rmse;
+  run["max"] = error.largest;
+  run["psnr"] = error.psnr;
+  run["ssim"] = error.ssim;
+  return run;
+}
+
+// log2 of how much the error falls from each step to its half, where 8-bit output does not yet hide it.
+json observedOrders(const json& runs, std::string_view knob) {
+  json orders = json::array();
+  const json* previous = nullptr;
+  for (const json& run : runs) {
+    if (run["knob"] != knob) continue;
+    if (previous != nullptr) {
+      const double ratio = (*previous)["rmse"].get<double>() / run["rmse"].get<double>();
+      orders.push_back({{"from", (*previous)["value"]}, {"to", run["value"]}, {"order", std::log2(ratio)}});
+    }
+    previous = &run;
+  }
+  return orders;
+}
+
+}  // namespace
+
+json runErrorExperiment(const ExperimentOptions& options) {
+  const auto renderer = createRenderer(options.device);
+  const DeviceInfo device = renderer->device();
+  json result{{"experiment", "error"},
+              {"device", device.name},
+              {"driver", device.driver + " " + device.driver_version},
+              {"date", fmt::format("{:%Y-%m-%d}", fmt::gmtime(std::time(nullptr)))},
+              {"size", {options.width, options.height}},
+              {"samples", options.samples},
+              {"scenes", json::array()}};
+  const SceneFiles scenes(options);
+  for (const SceneFile& scene : scenes.all()) {
+    const auto say = [&](const std::string& what) {
+      if (options.on_step) options.on_step(scene.name + ": " + what);
+    };
+    const VolumeFile file(scene.path);
+    const View base = defaultLook(options, file.info());
+    say("integrating the truth");
+    const reference::Image truth = reference::renderImageConverged(reference::volumeFromFile(file, 0), base);
+    const auto volume = renderer->load(VolumeFile(scene.path));
+    json runs = json::array();
+    for (const Setting& setting : settingsFor(base, file.info())) {
+      say(setting.knob + " " + setting.value);
+      runs.push_back(measure(*renderer, *volume, setting, truth, options.samples));
+    }
+    result["scenes"].push_back({{"name", scene.name},
+                                {"type", voxelTypeName(file.info().type)},
+                                {"order", observedOrders(runs, "step")},
+                                {"order pre-integrated", observedOrders(runs, "pre-integrated step")},
+                                {"runs", std::move(runs)}});
+  }
+  return result;
+}
+
+}  // namespace blockwalk::bench

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// Named experiments: programs that measure, and write what they found as JSON for bench/plot.py.
+#pragma once
+
+#include <filesystem>
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+#include <vector>
+
+#include "renderer/renderer.h"
+
+namespace blockwalk::bench {
+
+struct ExperimentOptions {
+  DeviceOptions device;
+  int width = 160;
+  int height = 120;
+  int samples = 5;                                  // frames a figure; its time is their median
+  int demo_side = 96;                               // voxels of the procedural scenes
+  std::vector<std::filesystem::path> files;         // volumes to measure beside them
+  std::function<void(const std::string&)> on_step;  // a line about what comes next
+};
+
+// Error against run time for every knob that trades one for the other. The truth is the float64 reference's integral
+// without a step; errors are in 8-bit steps.
+nlohmann::json runErrorExperiment(const ExperimentOptions& options);
+
+}  // namespace blockwalk::bench

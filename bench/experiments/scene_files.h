@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// The volumes of an experiment: procedural ones, made into a temporary folder, and files that are there.
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "bench/experiments/experiments.h"
+
+namespace blockwalk::bench {
+
+struct SceneFile {
+  std::string name;
+  std::filesystem::path path;
+};
+
+// The folder goes away with it.
+class SceneFiles {
+ public:
+  explicit SceneFiles(const ExperimentOptions& options);
+  ~SceneFiles();
+  SceneFiles(const SceneFiles&) = delete;
+  SceneFiles& operator=(const SceneFiles&) = delete;
+
+  const std::vector<SceneFile>& all() const { return scenes_; }
+
+ private:
+  std::filesystem::path folder_;
+  std::vector<SceneFile> scenes_;
+};
+
+}  // namespace blockwalk::bench

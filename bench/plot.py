@@ -1,0 +1,72 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: Apache-2.0
+"""Draws what `blockwalk bench` writes. Usage: bench/plot.py FILE.json -o FILE.svg"""
+import argparse
+import json
+import sys
+
+try:
+    import matplotlib
+except ImportError:
+    sys.exit("bench/plot.py: needs matplotlib (Debian: python3-matplotlib, run with /usr/bin/python3)")
+
+matplotlib.use("svg")
+import matplotlib.pyplot as plot  # noqa: E402
+
+
+def pareto(runs):
+    """The runs that no other beats in both time and error, by time."""
+    front, best = [], float("inf")
+    for run in sorted(runs, key=lambda r: (r["ms"], r["rmse"])):
+        if run["rmse"] < best:
+            front.append(run)
+            best = run["rmse"]
+    return front
+
+
+def draw_error(result, path):
+    scenes = result["scenes"]
+    figure, axes = plot.subplots(1, len(scenes), figsize=(5.2 * len(scenes), 4.8), squeeze=False, sharey=True)
+    for axis, scene in zip(axes[0], scenes):
+        knobs = list(dict.fromkeys(run["knob"] for run in scene["runs"]))
+        for index, knob in enumerate(knobs):
+            runs = [run for run in scene["runs"] if run["knob"] == knob]
+            color = f"C{index}"
+            axis.plot([r["ms"] for r in runs], [r["rmse"] for r in runs], "o-", ms=4, lw=0.8, color=color, label=knob)
+            for run in (runs[0], runs[-1]):
+                axis.annotate(run["value"], (run["ms"], run["rmse"]), fontsize=6, color=color,
+                              xytext=(3, 3), textcoords="offset points")
+        front = pareto(scene["runs"])
+        axis.plot([r["ms"] for r in front], [r["rmse"] for r in front], color="0.6", lw=4, alpha=0.5, zorder=0,
+                  label="Pareto front")
+        default = next(run for run in scene["runs"] if run["knob"] == "step" and run["default"])
+        axis.plot(default["ms"], default["rmse"], "*", ms=15, color="black", zorder=3, label="default")
+        axis.axhline(0.2887, color="0.8", lw=0.8, ls=":")  # 1/sqrt(12): what rounding to 8 bits alone costs
+        axis.set(xscale="log", yscale="log", title=f"{scene['name']} ({scene['type']})", xlabel="device ms")
+        axis.grid(alpha=0.2)
+    axes[0][0].set_ylabel("RMSE, 8-bit steps")
+    axes[0][-1].legend(fontsize=7, loc="upper right")
+    figure.suptitle(f"{result['device']}, {result['driver']}, {result['size'][0]}x{result['size'][1]}, {result['date']}",
+                    fontsize=9)
+    figure.tight_layout()
+    figure.savefig(path)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("file")
+    parser.add_argument("-o", "--output", required=True)
+    arguments = parser.parse_args()
+    try:
+        with open(arguments.file, encoding="utf-8") as file:
+            result = json.load(file)
+    except (OSError, ValueError) as error:
+        sys.exit(f"bench/plot.py: {arguments.file}: {error}")
+    draw = {"error": draw_error}.get(result.get("experiment"))
+    if draw is None:
+        sys.exit(f"bench/plot.py: {arguments.file}: experiment {result.get('experiment')!r} is not known")
+    draw(result, arguments.output)
+
+
+if __name__ == "__main__":
+    main()

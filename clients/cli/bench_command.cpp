@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <fmt/format.h>
+
+#include <fstream>
+#include <memory>
+#include <nlohmann/json.hpp>
+
+#include "bench/experiments/experiments.h"
+#include "clients/cli/commands.h"
+#include "volume/error.h"
+
+namespace blockwalk {
+namespace {
+
+struct Experiment {
+  std::string_view name;
+  nlohmann::json (*run)(const bench::ExperimentOptions&);
+};
+
+constexpr Experiment kExperiments[] = {{"error", bench::runErrorExperiment}};
+
+struct BenchCommand {
+  std::string name;
+  std::string json_path;
+  bench::ExperimentOptions options;
+
+  void run() {
+    options.on_step = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
+    for (const Experiment& experiment : kExperiments) {
+      if (experiment.name == name) write(experiment.run(options));
+    }
+  }
+
+  void write(const nlohmann::json& result) const {
+    const std::string text = result.dump(1) + "\n";
+    if (json_path.empty()) {
+      fmt::print("{}", text);
+      return;
+    }
+    std::ofstream file(json_path, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file) throw DataError(fmt::format("{}: cannot be written", json_path));
+  }
+};
+
+}  // namespace
+
+void addBenchCommand(CLI::App& app) {
+  auto bench = std::make_shared<BenchCommand>();
+  CLI::App* command = app.add_subcommand("bench", "Run a named experiment; bench/plot.py draws what it writes");
+  std::vector<std::string> names;
+  for (const Experiment& experiment : kExperiments) names.emplace_back(experiment.name);
+  command->add_option("NAME", bench->name, "error: error against run time for every knob")
+      ->required()
+      ->check(CLI::IsMember(names));
+  command->add_option("FILE", bench->options.files, "volumes to measure beside the procedural ones")
+      ->check(CLI::ExistingFile);
+  command->add_option("--json", bench->json_path, "write there instead of to standard output");
+  command->add_option("--width", bench->options.width, "pixels of a picture (160)")->check(CLI::Range(1, 8192));
+  command->add_option("--height", bench->options.height, "pixels of a picture (120)")->check(CLI::Range(1, 8192));
+  command->add_option("--samples", bench->options.samples, "frames a figure, whose time is their median (5)")
+      ->check(CLI::Range(1, 1000));
+  command->add_option("--demo-side", bench->options.demo_side, "voxels of the procedural volumes (96)")
+      ->check(CLI::Range(8, 1024));
+  command->add_option("--device", bench->options.device.device, "part of a device's name, or its number");
+  command->callback([bench] { bench->run(); });
+}
+
+}  // namespace blockwalk
