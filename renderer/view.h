@@ -83,7 +83,8 @@ struct View {
   Filter filter = Filter::nearest;
   double step = 0.5;  // sample distance of the linear filter, voxels of the level drawn
   Classification classification = Classification::post;
-  double termination = 1.0 / 1024;  // blend: a ray of which less transmittance is left stops; half an 8-bit step at most
+  double termination =
+      1.0 / 1024;  // blend: a ray of which less transmittance is left stops; half an 8-bit step at most
   bool lit = false;
   std::optional<double> iso;            // data units; mode iso, default the middle of the range
   double extinction = 0.2;              // rgba8: per unit distance at density 255

@@ -73,8 +73,8 @@ TEST(ViewFields, AbsentValuesTakeAMemberBack) {
 TEST(ViewFields, AnUnchangedQueryGivesTheSameRequest) {
   for (const char* query :
        {"mode=mip", "mode=mean&filter=linear", "mode=iso&lit=on&iso=-3", "filter=linear&step=2", "tf=viridis",
-        "tf=0:000000:0,1:ffffff:0.5&tf-shape=stepped", "filter=linear&classification=pre-integrated", "tf=ct-bone", "termination=0.25",
-        "planes=0,0,1,-5.25;1e-300,0,0,1"}) {
+        "tf=0:000000:0,1:ffffff:0.5&tf-shape=stepped", "filter=linear&classification=pre-integrated", "tf=ct-bone",
+        "termination=0.25", "planes=0,0,1,-5.25;1e-300,0,0,1"}) {
     EXPECT_EQ(viewQuery(fromQuery(query)), query);
   }
 }
