@@ -2,6 +2,7 @@
 // A renderer for tests of the server: quick, deterministic, and as slow or broken as a test asks for.
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <memory>
@@ -20,6 +21,8 @@ struct FakeControl {
   std::atomic<bool> read_voxels = false;  // render() reads level 0 from the file
   std::atomic<bool> fail_device = false;  // render() throws DeviceError
   std::atomic<bool> fail_memory = false;  // render() throws bad_alloc
+  std::atomic<int> samples = 0;           // of the newest frame
+  std::atomic<int> fewest_samples = 0;    // of all frames; 0: none yet
   std::atomic<int> started = 0;
   std::atomic<int> finished = 0;
   std::atomic<int> cancelled = 0;
@@ -54,6 +57,9 @@ class FakeRenderer final : public Renderer {
 
   // A gradient that tells views apart: the eye's x and the size are in every pixel.
   Frame render(ResidentVolume& volume, const View& view, const RenderOptions& options) override {
+    control_->samples = view.samples;
+    const int fewest = control_->fewest_samples;
+    control_->fewest_samples = fewest == 0 ? view.samples : std::min(fewest, view.samples);
     ++control_->started;
     if (control_->fail_device) throw DeviceError("the fake device was told to refuse");
     if (control_->fail_memory) throw std::bad_alloc();
