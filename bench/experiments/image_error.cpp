@@ -12,6 +12,7 @@ namespace blockwalk::bench {
 namespace {
 
 constexpr int kWindow = 11;
+constexpr int kReach = kWindow / 2;
 constexpr double kSigma = 1.5;
 
 double channelOf(std::uint32_t pixel, int channel) { return static_cast<double>(pixel >> (8 * channel) & 255u); }
@@ -33,7 +34,7 @@ std::array<double, kWindow> gaussian() {
   std::array<double, kWindow> weights{};
   double sum = 0;
   for (std::size_t i = 0; i < weights.size(); ++i) {
-    const double x = static_cast<double>(i) - kWindow / 2;
+    const double x = static_cast<double>(i) - kReach;
     weights[i] = std::exp(-x * x / (2 * kSigma * kSigma));
     sum += weights[i];
   }
@@ -53,8 +54,8 @@ double structuralSimilarity(const Plane& a, const Plane& b) {
       for (int j = 0; j < kWindow; ++j) {
         for (int i = 0; i < kWindow; ++i) {
           const double w = weights[static_cast<std::size_t>(i)] * weights[static_cast<std::size_t>(j)];
-          const double va = a.at(x + i - kWindow / 2, y + j - kWindow / 2);
-          const double vb = b.at(x + i - kWindow / 2, y + j - kWindow / 2);
+          const double va = a.at(x + i - kReach, y + j - kReach);
+          const double vb = b.at(x + i - kReach, y + j - kReach);
           mean_a += w * va;
           mean_b += w * vb;
           aa += w * va * va;
