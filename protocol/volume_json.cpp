@@ -55,40 +55,42 @@ std::uint64_t storedBytes(const VolumeInfo& info) {
 }  // namespace
 
 json volumeJson(const VolumeInfo& info, std::uint64_t file_bytes) {
-  const auto data = [&](float stored) { return info.dataFromStored(static_cast<double>(stored)); };
+  const ChannelInfo& channel = info.channels[0];
+  const auto data = [&](float stored) { return channel.dataFromStored(static_cast<double>(stored)); };
   json cuts = json::array();
-  for (float cut : info.bin_cuts) cuts.push_back(data(cut));
+  for (float cut : channel.bin_cuts) cuts.push_back(data(cut));
   json spacing = json::array();
   for (int axis = 0; axis < 3; ++axis) spacing.push_back(glm::length(glm::dvec3(info.world_from_index[axis])));
   const WorldBox box = worldBox(info);
   const std::uint64_t voxels = static_cast<std::uint64_t>(info.dims.x) * static_cast<std::uint64_t>(info.dims.y) *
                                static_cast<std::uint64_t>(info.dims.z);
-  return {
-      {"name", info.source_name},
-      {"type", voxelTypeName(info.type)},
-      {"dims", {info.dims.x, info.dims.y, info.dims.z}},
-      {"spacing", std::move(spacing)},
-      {"world_from_index", transformJson(info.world_from_index)},
-      {"world_box", {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}},
-      {"unit_distance", unitDistance(info)},
-      {"value_scale", info.value_scale},
-      {"value_offset", info.value_offset},
-      {"empty_threshold", data(info.empty_threshold)},
-      {"density_range", {data(info.density_min), data(info.density_max)}},
-      {"histogram", {{"lo", data(info.histogram_lo)}, {"hi", data(info.histogram_hi)}, {"counts", info.histogram}}},
-      {"bin_cuts", std::move(cuts)},
-      {"subblock_side", info.subblock_side},
-      {"block_side", info.block_side},
-      {"levels", levelsJson(info)},
-      {"stored_bytes", storedBytes(info)},
-      {"dense_bytes", voxels * voxelBytes(info.type)},
-      {"file_bytes", file_bytes},
-      {"nonempty_voxels", info.nonempty_voxels},
-      {"nonempty_share", voxels == 0 ? 0.0 : static_cast<double>(info.nonempty_voxels) / static_cast<double>(voxels)},
-      {"nonfinite_voxels", info.nonfinite_voxels},
-      {"largest_rounding", info.largest_rounding},
-      {"source", info.source_name},
-      {"default_view", defaultViewJson(info)}};
+  return {{"name", info.source_name},
+          {"type", voxelTypeName(info.type)},
+          {"dims", {info.dims.x, info.dims.y, info.dims.z}},
+          {"spacing", std::move(spacing)},
+          {"world_from_index", transformJson(info.world_from_index)},
+          {"world_box", {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}},
+          {"unit_distance", unitDistance(info)},
+          {"value_scale", channel.value_scale},
+          {"value_offset", channel.value_offset},
+          {"empty_threshold", data(channel.empty_threshold)},
+          {"density_range", {data(channel.density_min), data(channel.density_max)}},
+          {"histogram",
+           {{"lo", data(channel.histogram_lo)}, {"hi", data(channel.histogram_hi)}, {"counts", channel.histogram}}},
+          {"bin_cuts", std::move(cuts)},
+          {"subblock_side", info.subblock_side},
+          {"block_side", info.block_side},
+          {"levels", levelsJson(info)},
+          {"stored_bytes", storedBytes(info)},
+          {"dense_bytes", voxels * voxelBytes(info.type)},
+          {"file_bytes", file_bytes},
+          {"nonempty_voxels", channel.nonempty_voxels},
+          {"nonempty_share",
+           voxels == 0 ? 0.0 : static_cast<double>(channel.nonempty_voxels) / static_cast<double>(voxels)},
+          {"nonfinite_voxels", channel.nonfinite_voxels},
+          {"largest_rounding", channel.largest_rounding},
+          {"source", info.source_name},
+          {"default_view", defaultViewJson(info)}};
 }
 
 }  // namespace blockwalk

@@ -70,11 +70,12 @@ std::bitset<27> ringReach(const std::byte* voxels, int side, float threshold) {
 // Sets empty voxels to the empty value.
 template <typename T>
 void settleEmpties(std::vector<std::byte>& voxels, const VolumeInfo& info) {
-  const T empty = static_cast<T>(emptyValue(info));
+  const T empty = static_cast<T>(emptyValue(info.type, info.channels[0]));
   for (std::size_t i = 0; i < voxels.size(); i += sizeof(T)) {
     T voxel{};
     std::memcpy(&voxel, voxels.data() + i, sizeof voxel);
-    if (isEmptyDensity(densityOf(voxel), info.empty_threshold)) std::memcpy(voxels.data() + i, &empty, sizeof empty);
+    if (isEmptyDensity(densityOf(voxel), info.channels[0].empty_threshold))
+      std::memcpy(voxels.data() + i, &empty, sizeof empty);
   }
 }
 
@@ -130,8 +131,9 @@ void ApronLevel::findSubblocks() {
     forEachStored(block, info.block_side, [&](glm::ivec3 local) {
       const glm::ivec3 subblock = block.origin * info.block_side + local;
       std::bitset<27> reach;
-      withVoxelType(info.type,
-                    [&](auto voxel) { reach = ringReach<decltype(voxel)>(voxels, side, info.empty_threshold); });
+      withVoxelType(info.type, [&](auto voxel) {
+        reach = ringReach<decltype(voxel)>(voxels, side, info.channels[0].empty_threshold);
+      });
       reach.set(13);  // itself
       for (int d = 0; d < 27; ++d) {
         if (!reach.test(static_cast<std::size_t>(d))) continue;
@@ -249,8 +251,8 @@ void ApronLevel::describeSubblock(const std::byte* voxels, Subblock& subblock) c
   });
   // Interpolation passes through every value between the two.
   subblock.range_mask = 0;
-  for (int bin = rangeMaskBin(info.bin_cuts, subblock.density_min);
-       bin <= rangeMaskBin(info.bin_cuts, subblock.density_max); ++bin) {
+  for (int bin = rangeMaskBin(info.channels[0].bin_cuts, subblock.density_min);
+       bin <= rangeMaskBin(info.channels[0].bin_cuts, subblock.density_max); ++bin) {
     subblock.range_mask |= static_cast<std::uint8_t>(1 << bin);
   }
 }
@@ -259,7 +261,9 @@ void ApronLevel::readBlock(std::size_t index, std::span<std::byte> out) {
   const VolumeInfo& info = file_.info();
   Block& block = records_.blocks.at(index);
   BLOCKWALK_CHECK(out.size(), ==, block.subblock_count * subblockBytes());
-  withVoxelType(info.type, [&](auto kind) { fillWith(dense_, static_cast<decltype(kind)>(emptyValue(info))); });
+  withVoxelType(info.type, [&](auto kind) {
+    fillWith(dense_, static_cast<decltype(kind)>(emptyValue(info.type, info.channels[0])));
+  });
   for (int d = 0; d < 27; ++d) {
     const glm::ivec3 around = block.origin + glm::ivec3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
     if (glm::any(glm::lessThan(around, glm::ivec3(0)))) continue;

@@ -49,8 +49,8 @@ LevelBuilder::LevelBuilder(VolumeInfo& info, TempBytes& spill, const BuildBudget
                            const std::filesystem::path& folder)
     : info_(info),
       spill_(spill),
-      summary_(info),
-      downsampler_(info),
+      summary_(info.type, info.subblock_side, info.channels[0]),
+      downsampler_(info.type, info.subblock_side, info.channels[0]),
       subblock_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)) {
   const int count = levelCount(info.dims, info.blockVoxels());
   for (int i = 0; i < count; ++i) {
@@ -73,7 +73,7 @@ void LevelBuilder::push(std::size_t level, glm::ivec3 origin, std::span<const Ca
   for (const Candidate& candidate : candidates) {
     const glm::ivec3 position = origin * info_.block_side + localPosition(candidate.local);
     const glm::ivec3 extent = insideExtent(position * info_.subblock_side, built.info.dims, info_.subblock_side);
-    const Subblock subblock = level == 0 ? summary_.summariseAndCount(candidate.voxels, extent, info_)
+    const Subblock subblock = level == 0 ? summary_.summariseAndCount(candidate.voxels, extent, info_.channels[0])
                                          : summary_.summarise(candidate.voxels, extent);
     if (subblock.range_mask == 0) continue;
     const bool first = block.subblock_count == 0;

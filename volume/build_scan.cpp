@@ -118,7 +118,7 @@ std::uint64_t subblockKey(glm::ivec3 subblock, int block_side) {
 Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
                 const std::filesystem::path& folder) {
   const std::optional<float> threshold = thresholdBeforeReading(source.info(), options);
-  const float reference = threshold.value_or(static_cast<float>(info.storedFromData(0)) + 0.0f);
+  const float reference = threshold.value_or(static_cast<float>(info.channels[0].storedFromData(0)) + 0.0f);
   Scan scan{.threshold = threshold,
             .statistics = DensityStatistics(info.type, reference),
             .records = RecordSorter(folder, budget.sort_bytes),

@@ -25,11 +25,11 @@ class DensityStatistics {
   std::uint64_t nonfiniteVoxels() const { return nonfinite_; }
 
   // Fills empty_threshold, density_min, density_max, bin_cuts, histogram_lo, histogram_hi, nonfinite_voxels.
-  void describe(VolumeInfo& info, std::optional<float> threshold, MaskBins bins) const;
+  void describe(ChannelInfo& channel, std::optional<float> threshold, MaskBins bins) const;
 
  private:
   void addFloats(std::span<const std::byte> voxels);
-  void findRange(VolumeInfo& info, std::optional<float> threshold) const;
+  void findRange(ChannelInfo& channel, std::optional<float> threshold) const;
   std::array<float, kRangeMaskBins - 1> quantileCuts(float threshold, float density_max) const;
 
   VoxelType type_;

@@ -91,8 +91,8 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
   info.subblock_side = options.subblock_side;
   info.block_side = options.block_side;
   info.world_from_index = source.world_from_index;
-  info.value_scale = source.value_scale;
-  info.value_offset = source.value_offset;
+  info.channels[0].value_scale = source.value_scale;
+  info.channels[0].value_offset = source.value_offset;
   info.source_name = plainText(source.name);
   return info;
 }
@@ -123,11 +123,12 @@ BuildReport buildVolume(Source& source, const std::filesystem::path& path, const
   const std::filesystem::path folder = folderOf(path);
 
   Scan scan = scanSource(source, info, options, budget, folder);
-  scan.statistics.describe(info, scan.threshold, options.mask_bins);
+  scan.statistics.describe(info.channels[0], scan.threshold, options.mask_bins);
   const ConversionReport conversion = source.conversion();
   // A source that converts may have lost the NaN that it counted, and one that does not may not have counted.
-  info.nonfinite_voxels = std::max(info.nonfinite_voxels, conversion.nonfinite_voxels);
-  info.largest_rounding = conversion.largest_rounding;
+  ChannelInfo& channel = info.channels[0];
+  channel.nonfinite_voxels = std::max(channel.nonfinite_voxels, conversion.nonfinite_voxels);
+  channel.largest_rounding = conversion.largest_rounding;
 
   const std::vector<BuiltLevel> levels = buildLevels(scan, info, budget, folder, options);
   return writeVolume(path, info, levels, scan.spill, options);

@@ -189,12 +189,12 @@ class RecordReader {
     const std::size_t bytes = subblockRecordBytes(info_.type);
     offset_ = entry_.subblocks.offset + index * bytes;
     const Subblock subblock = decodeSubblockRecord(records.data() + index * bytes, info_);
-    require(subblock.density_min > info_.empty_threshold && std::isfinite(subblock.density_min), "density min",
-            subblock.density_min, "finite and above the empty threshold");
-    require(subblock.density_max >= subblock.density_min && subblock.density_max <= info_.density_max, "density max",
-            subblock.density_max, "at least the min and at most the volume's");
-    const int lo = rangeMaskBin(info_.bin_cuts, subblock.density_min);
-    const int hi = rangeMaskBin(info_.bin_cuts, subblock.density_max);
+    require(subblock.density_min > info_.channels[0].empty_threshold && std::isfinite(subblock.density_min),
+            "density min", subblock.density_min, "finite and above the empty threshold");
+    require(subblock.density_max >= subblock.density_min && subblock.density_max <= info_.channels[0].density_max,
+            "density max", subblock.density_max, "at least the min and at most the volume's");
+    const int lo = rangeMaskBin(info_.channels[0].bin_cuts, subblock.density_min);
+    const int hi = rangeMaskBin(info_.channels[0].bin_cuts, subblock.density_max);
     const auto within = static_cast<unsigned>((2 << hi) - (1 << lo));
     const auto ends = static_cast<unsigned>(1 << lo | 1 << hi);
     require((subblock.range_mask & ends) == ends && (subblock.range_mask & ~within) == 0, "range mask",

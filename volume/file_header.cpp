@@ -164,18 +164,18 @@ VolumeInfo infoOf(const FileHeader& header) {
   info.subblock_side = header.subblock_side;
   info.block_side = header.block_side;
   info.world_from_index = mapOf(header.world_from_index);
-  info.value_scale = header.value_scale;
-  info.value_offset = header.value_offset;
-  info.empty_threshold = header.empty_threshold;
-  info.density_min = header.density_min;
-  info.density_max = header.density_max;
-  info.bin_cuts = header.bin_cuts;
-  info.histogram_lo = header.histogram_lo;
-  info.histogram_hi = header.histogram_hi;
-  info.histogram = header.histogram;
-  info.nonempty_voxels = header.nonempty_voxels;
-  info.nonfinite_voxels = header.nonfinite_voxels;
-  info.largest_rounding = header.largest_rounding;
+  info.channels[0].value_scale = header.value_scale;
+  info.channels[0].value_offset = header.value_offset;
+  info.channels[0].empty_threshold = header.empty_threshold;
+  info.channels[0].density_min = header.density_min;
+  info.channels[0].density_max = header.density_max;
+  info.channels[0].bin_cuts = header.bin_cuts;
+  info.channels[0].histogram_lo = header.histogram_lo;
+  info.channels[0].histogram_hi = header.histogram_hi;
+  info.channels[0].histogram = header.histogram;
+  info.channels[0].nonempty_voxels = header.nonempty_voxels;
+  info.channels[0].nonfinite_voxels = header.nonfinite_voxels;
+  info.channels[0].largest_rounding = header.largest_rounding;
   return info;
 }
 
@@ -191,18 +191,18 @@ FileHeader headerOf(const VolumeInfo& info) {
     header.dims[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(info.dims[axis]);
   }
   header.world_from_index = rowsOf(info.world_from_index);
-  header.value_scale = info.value_scale;
-  header.value_offset = info.value_offset;
-  header.largest_rounding = info.largest_rounding;
-  header.nonempty_voxels = info.nonempty_voxels;
-  header.nonfinite_voxels = info.nonfinite_voxels;
-  header.empty_threshold = info.empty_threshold;
-  header.density_min = info.density_min;
-  header.density_max = info.density_max;
-  header.histogram_lo = info.histogram_lo;
-  header.histogram_hi = info.histogram_hi;
-  header.bin_cuts = info.bin_cuts;
-  header.histogram = info.histogram;
+  header.value_scale = info.channels[0].value_scale;
+  header.value_offset = info.channels[0].value_offset;
+  header.largest_rounding = info.channels[0].largest_rounding;
+  header.nonempty_voxels = info.channels[0].nonempty_voxels;
+  header.nonfinite_voxels = info.channels[0].nonfinite_voxels;
+  header.empty_threshold = info.channels[0].empty_threshold;
+  header.density_min = info.channels[0].density_min;
+  header.density_max = info.channels[0].density_max;
+  header.histogram_lo = info.channels[0].histogram_lo;
+  header.histogram_hi = info.channels[0].histogram_hi;
+  header.bin_cuts = info.channels[0].bin_cuts;
+  header.histogram = info.channels[0].histogram;
   header.source_name_bytes = static_cast<std::uint32_t>(info.source_name.size());
   return header;
 }

@@ -108,7 +108,7 @@ class StripComparer {
   int firstNonEmpty(const std::byte* row, int count) const {
     int i = 0;
     while (i < count && isEmptyDensity(storedDensity(info_.type, row + static_cast<std::size_t>(i) * voxel_bytes_),
-                                       info_.empty_threshold)) {
+                                       info_.channels[0].empty_threshold)) {
       ++i;
     }
     return i;

@@ -44,6 +44,7 @@ BuildOptions BuildFlags::options(std::uint64_t memory_bytes) const {
 }
 
 void printBuildReport(const BuildReport& report, const std::filesystem::path& path, double seconds) {
+  const ChannelInfo& channel = report.info.channels[0];
   const VolumeInfo& info = report.info;
   const std::uint64_t voxels = static_cast<std::uint64_t>(info.dims.x) * static_cast<std::uint64_t>(info.dims.y) *
                                static_cast<std::uint64_t>(info.dims.z);
@@ -53,14 +54,14 @@ void printBuildReport(const BuildReport& report, const std::filesystem::path& pa
   };
   fmt::print("{}: {} x {} x {} voxels of {}, {} levels, {} blocks\n", path.string(), info.dims.x, info.dims.y,
              info.dims.z, voxelTypeName(info.type), info.levels.size(), info.levels.at(0).block_count);
-  fmt::print("  non-empty voxels   {} ({:.2f} %)\n", info.nonempty_voxels, percent(info.nonempty_voxels, voxels));
+  fmt::print("  non-empty voxels   {} ({:.2f} %)\n", channel.nonempty_voxels, percent(channel.nonempty_voxels, voxels));
   fmt::print("  level 0 voxels     {}\n", byteText(report.level0_voxel_bytes));
   fmt::print("  coarser levels     {}\n", byteText(report.coarser_level_bytes));
   fmt::print("  records and rest   {}\n", byteText(report.overhead_bytes));
   fmt::print("  file               {} ({:.2f} % of {} dense)\n", byteText(report.file_bytes),
              percent(report.file_bytes, dense_bytes), byteText(dense_bytes));
-  fmt::print("  not finite         {} voxels\n", info.nonfinite_voxels);
-  fmt::print("  largest rounding   {}\n", info.largest_rounding);
+  fmt::print("  not finite         {} voxels\n", channel.nonfinite_voxels);
+  fmt::print("  largest rounding   {}\n", channel.largest_rounding);
   fmt::print("  time               {:.2f} s\n", seconds);
 }
 

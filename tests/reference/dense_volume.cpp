@@ -135,15 +135,17 @@ DenseVolume volumeFromFile(const VolumeFile& file, int level) {
                      .level = level,
                      .dims = records.info.dims,
                      .world_from_index = info.world_from_index,
-                     .value_scale = info.value_scale,
-                     .value_offset = info.value_offset,
-                     .empty_threshold = info.empty_threshold};
-  const double end0 = info.dataFromStored(static_cast<double>(info.density_min));
-  const double end1 = info.dataFromStored(static_cast<double>(info.density_max));
-  if (info.nonempty_voxels > 0) volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
-  if (info.nonempty_voxels > 0) volume.contrast = static_cast<double>(info.density_max) - emptyValue(volume);
+                     .value_scale = info.channels[0].value_scale,
+                     .value_offset = info.channels[0].value_offset,
+                     .empty_threshold = info.channels[0].empty_threshold};
+  const double end0 = info.channels[0].dataFromStored(static_cast<double>(info.channels[0].density_min));
+  const double end1 = info.channels[0].dataFromStored(static_cast<double>(info.channels[0].density_max));
+  if (info.channels[0].nonempty_voxels > 0)
+    volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
+  if (info.channels[0].nonempty_voxels > 0)
+    volume.contrast = static_cast<double>(info.channels[0].density_max) - emptyValue(volume);
   volume.subblock_side = info.subblock_side;
-  volume.bin_cuts = info.bin_cuts;
+  volume.bin_cuts = info.channels[0].bin_cuts;
   allocate(volume);
   shapeBlocks(volume, info.blockVoxels());
   for (const Block& block : records.blocks) {

@@ -28,11 +28,11 @@ using Voxel = std::array<std::byte, 4>;
 Voxel fieldVoxel(MemorySource& source, const VolumeInfo& info, glm::ivec3 at) {
   const std::byte* voxel = source.at(glm::clamp(at, glm::ivec3(0), info.dims - 1));
   Voxel result{};
-  if (!isEmptyDensity(storedDensity(info.type, voxel), info.empty_threshold)) {
+  if (!isEmptyDensity(storedDensity(info.type, voxel), info.channels[0].empty_threshold)) {
     std::memcpy(result.data(), voxel, voxelBytes(info.type));
     return result;
   }
-  const float empty = emptyValue(info);
+  const float empty = emptyValue(info.type, info.channels[0]);
   const auto narrow = static_cast<std::uint16_t>(info.type == VoxelType::f32 ? 0 : empty);
   if (info.type == VoxelType::f32) std::memcpy(result.data(), &empty, sizeof empty);
   if (info.type != VoxelType::f32) std::memcpy(result.data(), &narrow, sizeof narrow);
@@ -41,7 +41,7 @@ Voxel fieldVoxel(MemorySource& source, const VolumeInfo& info, glm::ivec3 at) {
 
 bool isEmpty(MemorySource& source, const VolumeInfo& info, glm::ivec3 at) {
   const std::byte* voxel = source.at(glm::clamp(at, glm::ivec3(0), info.dims - 1));
-  return isEmptyDensity(storedDensity(info.type, voxel), info.empty_threshold);
+  return isEmptyDensity(storedDensity(info.type, voxel), info.channels[0].empty_threshold);
 }
 
 struct Visible {
@@ -100,8 +100,8 @@ TEST_P(Apron, HoldsTheRingOfEverySubblockThatInterpolationCanSee) {
       EXPECT_EQ(record.density_max, visible.largest);
       EXPECT_LE(block.density_min, record.density_min);
       EXPECT_GE(block.density_max, record.density_max);
-      for (int bin = rangeMaskBin(info.bin_cuts, visible.least); bin <= rangeMaskBin(info.bin_cuts, visible.largest);
-           ++bin) {
+      for (int bin = rangeMaskBin(info.channels[0].bin_cuts, visible.least);
+           bin <= rangeMaskBin(info.channels[0].bin_cuts, visible.largest); ++bin) {
         EXPECT_TRUE(record.range_mask >> bin & 1);
       }
       EXPECT_EQ(block.range_mask & record.range_mask, record.range_mask);

@@ -71,18 +71,18 @@ inline std::string readContents(const std::filesystem::path& path) {
   appendValue(out, info.type);
   appendValue(out, info.dims);
   appendValue(out, info.world_from_index);
-  appendValue(out, info.value_scale);
-  appendValue(out, info.value_offset);
-  appendValue(out, info.empty_threshold);
-  appendValue(out, info.density_min);
-  appendValue(out, info.density_max);
-  appendValue(out, info.bin_cuts);
-  appendValue(out, info.histogram_lo);
-  appendValue(out, info.histogram_hi);
-  appendValue(out, info.histogram);
-  appendValue(out, info.nonempty_voxels);
-  appendValue(out, info.nonfinite_voxels);
-  appendValue(out, info.largest_rounding);
+  appendValue(out, info.channels[0].value_scale);
+  appendValue(out, info.channels[0].value_offset);
+  appendValue(out, info.channels[0].empty_threshold);
+  appendValue(out, info.channels[0].density_min);
+  appendValue(out, info.channels[0].density_max);
+  appendValue(out, info.channels[0].bin_cuts);
+  appendValue(out, info.channels[0].histogram_lo);
+  appendValue(out, info.channels[0].histogram_hi);
+  appendValue(out, info.channels[0].histogram);
+  appendValue(out, info.channels[0].nonempty_voxels);
+  appendValue(out, info.channels[0].nonfinite_voxels);
+  appendValue(out, info.channels[0].largest_rounding);
   for (std::size_t i = 0; i < info.levels.size(); ++i) {
     const Level level = file.readLevel(static_cast<int>(i));
     for (const Block& block : level.blocks) {
