@@ -53,16 +53,19 @@ std::array<float, kRangeMaskBins - 1> uniformCuts(double lo, double hi) {
 
 }  // namespace
 
-std::optional<float> thresholdBeforeReading(const SourceInfo& source, const BuildOptions& options) {
-  const auto stored = [&source](double data) { return (data - source.value_offset) / source.value_scale; };
-  if (options.empty_threshold) {
-    const auto threshold = static_cast<float>(stored(*options.empty_threshold));
+std::optional<float> thresholdBeforeReading(const SourceInfo& source, std::size_t channel,
+                                            const BuildOptions& options) {
+  const SourceChannel& map = source.channels[channel];
+  const auto stored = [&map](double data) { return (data - map.value_offset) / map.value_scale; };
+  if (!options.empty_thresholds.empty()) {
+    const double wanted = options.empty_thresholds[options.empty_thresholds.size() == 1 ? 0 : channel];
+    const auto threshold = static_cast<float>(stored(wanted));
     if (!std::isfinite(threshold)) {
-      failData("{}: empty threshold {} is not a finite stored density", source.name, *options.empty_threshold);
+      failData("{}: empty threshold {} is not a finite stored density", source.name, wanted);
     }
     return threshold + 0.0f;
   }
-  if (source.type == VoxelType::f32 || source.value_offset < 0) return std::nullopt;
+  if (source.type == VoxelType::f32 || map.value_offset < 0) return std::nullopt;
   return static_cast<float>(stored(0)) + 0.0f;
 }
 

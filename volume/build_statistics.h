@@ -2,6 +2,7 @@
 // What the first pass learns of the densities, and what follows from it: the empty threshold, the range, the mask bins.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -12,10 +13,11 @@
 
 namespace blockwalk {
 
-// The empty threshold in stored units where the options or the type decide it before any voxel is read: stated by the
-// options, or 0 data units because the stored type has no negative values.
-std::optional<float> thresholdBeforeReading(const SourceInfo& source, const BuildOptions& options);
+// A channel's empty threshold in stored units where the options or the type decide it before any voxel is read: stated
+// by the options, or 0 data units because the stored type has no negative values.
+std::optional<float> thresholdBeforeReading(const SourceInfo& source, std::size_t channel, const BuildOptions& options);
 
+// Of one channel.
 class DensityStatistics {
  public:
   // `reference`: the threshold that is known, else the stored value of 0 data units.

@@ -52,6 +52,28 @@ TEST(VolumeJson, SpeaksInDataUnitsAndWorldSpace) {
   EXPECT_EQ(object["nonempty_share"], 1e-4);
 }
 
+TEST(VolumeJson, NamesEveryChannel) {
+  VolumeInfo info = sampleInfo();
+  const nlohmann::json single = volumeJson(info, 1);
+  ASSERT_EQ(single["channels"].size(), 1u);
+  for (const char* member : {"value_scale", "value_offset", "empty_threshold", "density_range", "histogram", "bin_cuts",
+                             "nonempty_voxels", "nonempty_share", "nonfinite_voxels", "largest_rounding"}) {
+    EXPECT_EQ(single["channels"][0][member], single[member]) << member;
+  }
+  info.channels.push_back({.name = "GFP", .value_offset = 5, .density_min = 1, .density_max = 9});
+  info.channels[0].name = "DAPI";
+  const nlohmann::json two = volumeJson(info, 1);
+  ASSERT_EQ(two["channels"].size(), 2u);
+  EXPECT_EQ(two["name"], "sample.raw");
+  EXPECT_EQ(two["channels"][0]["name"], "DAPI");
+  EXPECT_EQ(two["channels"][1]["name"], "GFP");
+  EXPECT_EQ(two["channels"][1]["density_range"], nlohmann::json({6.0, 14.0}));
+  EXPECT_EQ(two["density_range"], single["density_range"]);
+  EXPECT_EQ(two["stored_bytes"], 2 * 11264);
+  EXPECT_EQ(two["levels"][0]["stored_bytes"], 2 * 9216);
+  EXPECT_EQ(two["dense_bytes"], 2 * 200000);
+}
+
 TEST(VolumeJson, DefaultViewIsAViewOfThisVolume) {
   const nlohmann::json object = volumeJson(sampleInfo(), 1);
   ImageRequest request;

@@ -122,7 +122,7 @@ TEST_F(FramesTest, ExtremeSizesAreDrawn) {
 
 TEST_F(FramesTest, AVolumeWithoutVoxelsShowsTheBackground) {
   BuildOptions all_empty;
-  all_empty.empty_threshold = 255;
+  all_empty.empty_thresholds = {255};
   Scene scene = makeScene(*makeSynthetic({.dims = {5, 4, 3}, .seed = 9}), all_empty);
   ASSERT_EQ(scene.info.channels[0].nonempty_voxels, 0u);
   for (const Combination& combination : combinations()) {

@@ -16,9 +16,9 @@ namespace {
 // A record says exactly what its voxels say.
 void expectRecordsMatch(const VolumeFile& file, int index) {
   const VolumeInfo& info = file.info();
-  const Level level = file.readLevel(index);
+  const Level level = file.readLevel(index, 0);
   std::vector<std::byte> voxels(static_cast<std::size_t>(level.info.voxel_bytes));
-  file.readVoxels(index, 0, level.info.subblock_count, voxels);
+  file.readVoxels(index, 0, 0, level.info.subblock_count, voxels);
   const auto per = static_cast<std::size_t>(info.subblockVoxels());
   std::uint64_t last = 0;
   for (std::size_t b = 0; b < level.blocks.size(); ++b) {

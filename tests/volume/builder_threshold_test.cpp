@@ -55,7 +55,7 @@ TEST(BuilderThreshold, ZeroIsEmptyUnlessSomethingIsNegative) {
 TEST(BuilderThreshold, StoredOffsetsAreDataUnits) {
   // int16 as u16 with offset -32768: 0 data units are stored as 32768.
   MemorySource source(VoxelType::u16, {9, 9, 9});
-  source.change().value_offset = -32768;
+  source.change().channels[0].value_offset = -32768;
   for (int i = 0; i < 729; ++i) source.set<std::uint16_t>({i % 9, i / 9 % 9, i / 81}, 32768);
   source.set<std::uint16_t>({8, 8, 8}, 32770);
   VolumeInfo info = build(source);
@@ -66,14 +66,14 @@ TEST(BuilderThreshold, StoredOffsetsAreDataUnits) {
   info = build(source);
   EXPECT_EQ(info.channels[0].empty_threshold, 31744.0f);
   EXPECT_EQ(info.channels[0].nonempty_voxels, 728u);
-  info = build(source, {.empty_threshold = 1.5});
+  info = build(source, {.empty_thresholds = {1.5}});
   EXPECT_EQ(info.channels[0].empty_threshold, 32769.5f);
   EXPECT_EQ(info.channels[0].nonempty_voxels, 1u);
 }
 
 TEST(BuilderThreshold, AStatedThresholdBelowEverythingKeepsEverything) {
   MemorySource source = floats({13, 7, 5}, 0.0f);
-  const VolumeInfo info = build(source, {.empty_threshold = -3});
+  const VolumeInfo info = build(source, {.empty_thresholds = {-3}});
   EXPECT_EQ(info.channels[0].nonempty_voxels, 455u);
   EXPECT_EQ(info.channels[0].density_min, 0.0f);
   EXPECT_EQ(info.channels[0].density_max, 0.0f);
@@ -148,18 +148,18 @@ TEST(BuilderRefuses, WhatIsOutOfBounds) {
   for (int side : {-8, 0, 1, 5, 6, 32}) refuses({.subblock_side = side});
   for (int side : {-1, 0, 7, 1000000}) refuses({.block_side = side});
   refuses({.memory_bytes = (std::uint64_t{64} << 20) - 1});
-  refuses({.empty_threshold = std::nan("")});
-  refuses({.empty_threshold = 1e300});
+  refuses({.empty_thresholds = {std::nan("")}});
+  refuses({.empty_thresholds = {1e300}});
   for (const glm::ivec3& dims : {glm::ivec3(0, 5, 5), glm::ivec3(5, -1, 5), glm::ivec3(5, 5, 65537)}) {
     source.change().dims = dims;
     refuses({});
   }
   source.change().dims = glm::ivec3(5);
   for (const double scale : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
-    source.change().value_scale = scale;
+    source.change().channels[0].value_scale = scale;
     refuses({});
   }
-  source.change().value_scale = 1;
+  source.change().channels[0].value_scale = 1;
   source.change().world_from_index = glm::dmat4(0.0);
   refuses({});
   source.change().world_from_index = glm::dmat4(std::nan(""));

@@ -163,7 +163,7 @@ TEST(ImportTiff, TurnsSignedAndInvertedSamples) {
   for (char& value : expected) value = static_cast<char>(~value);
   EXPECT_EQ(importAll(writeTiff(scratch, inverted)), expected);
   const PageKind with_sign{.bits = 16, .sample_format = SAMPLEFORMAT_INT};
-  EXPECT_EQ(openSource({writeTiff(scratch, with_sign)}, {})->info().value_offset, -32768);
+  EXPECT_EQ(openSource({writeTiff(scratch, with_sign)}, {})->info().channels[0].value_offset, -32768);
 }
 
 TEST(ImportTiff, UnpacksBitsAndPalettes) {
@@ -191,14 +191,18 @@ TEST(ImportTiff, DividesPremultipliedColour) {
 
 TEST(ImportTiff, RefusesHyperstacksAndMixtures) {
   const Scratch scratch;
-  const PageKind channels{.description = "ImageJ=1.54f\nimages=4\nchannels=2\nslices=2\nhyperstack=true\n"};
-  EXPECT_THAT(refusal({writeTiff(scratch, channels, 4)}), HasSubstr("channels=2"));
+  const PageKind many{.description = "ImageJ=1.54f\nimages=5\nchannels=5\nhyperstack=true\n"};
+  EXPECT_THAT(refusal({writeTiff(scratch, many, 5)}), HasSubstr("channels=5: at most 4"));
+  const PageKind uneven{.description = "ImageJ=1.54f\nimages=5\nchannels=2\nhyperstack=true\n"};
+  EXPECT_THAT(refusal({writeTiff(scratch, uneven, 5)}), HasSubstr("5 pages, which are no whole slices of 2"));
   const PageKind frames{.description = "ImageJ=1.54f\nimages=4\nslices=2\nframes=2\n"};
   EXPECT_THAT(refusal({writeTiff(scratch, frames, 4)}), HasSubstr("frames=2"));
   const PageKind hidden{.description = "ImageJ=1.54f\nimages=9\nslices=9\n"};
   EXPECT_THAT(refusal({writeTiff(scratch, hidden)}), HasSubstr("images=9"));
   const PageKind ome{.description = "<?xml?><OME><Pixels SizeC=\"3\"/></OME>"};
-  EXPECT_THAT(refusal({writeTiff(scratch, ome, 3)}), HasSubstr("SizeC=\"3"));
+  EXPECT_THAT(refusal({writeTiff(scratch, ome, 4)}), HasSubstr("SizeC=\"3"));
+  const PageKind times{.description = "<?xml?><OME><Pixels SizeC=\"1\" SizeT=\"3\"/></OME>"};
+  EXPECT_THAT(refusal({writeTiff(scratch, times, 3)}), HasSubstr("SizeT=\"3"));
   const PageKind slices{.description = "ImageJ=1.54f\nimages=2\nslices=2\n"};
   EXPECT_EQ(importAll(writeTiff(scratch, slices, 2)), pixelsOf(slices, 0) + pixelsOf(slices, 1));
 
