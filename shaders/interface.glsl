@@ -7,6 +7,7 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #ifdef BLOCKWALK_RAY_QUERY
@@ -31,8 +32,9 @@ layout(constant_id = 12) const bool kLit = false;
 layout(constant_id = 13) const uint kClassification = kClassificationPost;
 layout(constant_id = 14) const uint kOutput = kOutputColor;
 layout(constant_id = 15) const bool kAntialias = false;  // several samples a pixel, a dispatch each
-layout(constant_id = 16) const bool kCount = true;
-layout(constant_id = 17) const bool kProbe = false;
+layout(constant_id = 16) const int kChannels = 1;        // drawn
+layout(constant_id = 17) const bool kCount = true;
+layout(constant_id = 18) const bool kProbe = false;
 
 const int kBlockVoxels = kBlockSide * kSubblockSide;
 // What interpolates reads subblocks with the ring of one voxel around them (volume/apron.h).
@@ -63,50 +65,33 @@ layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
 // What the loops need of the frame, read once: a load by address inside a loop costs more than the arithmetic around it
 // (on lavapipe it is one load a lane).
 struct Scene {
-  uint64_t blocks;
-  uint64_t subblocks;
+  DrawnChannel channels[kMaxDrawnChannels];
   uint64_t grid_tiles;
   uint64_t grid_cells;
-  uint64_t table;
-  uint64_t integrals;
   vec3 anchor;
   ivec3 tile_dims;
-  float density_lo;
-  float density_hi;
-  uint range_mask;
   float extinction_scale;
-  float table_first;
-  float table_scale;
-  uint table_last;
   uint sample_bound;
   vec3 gradient_rows[3];
   float transmittance_bound;
-  float light_strength;
   vec3 light;
 };
 
 Scene scene;
 
+// Over the channels drawn. The members of an array indexed by `c` are registers once the loop is unrolled.
+#define forEachChannel(c) [[unroll]] for (int c = 0; c < kChannels; ++c)
+
 void loadScene() {
-  scene.blocks = frame.blocks;
-  scene.subblocks = frame.subblocks;
+  forEachChannel(c) scene.channels[c] = frame.channels[c];
   scene.grid_tiles = frame.grid_tiles;
   scene.grid_cells = frame.grid_cells;
-  scene.table = frame.table;
-  scene.integrals = frame.integrals;
   scene.anchor = vec3(frame.anchor);
   scene.tile_dims = frame.tile_dims;
-  scene.density_lo = frame.density_lo;
-  scene.density_hi = frame.density_hi;
-  scene.range_mask = frame.range_mask;
   scene.extinction_scale = frame.extinction_scale;
-  scene.table_first = frame.table_first;
-  scene.table_scale = frame.table_scale;
-  scene.table_last = frame.table_last;
   scene.sample_bound = frame.sample_bound;
   scene.gradient_rows = frame.gradient_rows;
   scene.transmittance_bound = frame.transmittance_bound;
-  scene.light_strength = frame.light_strength;
   scene.light = frame.light;
 }
 
