@@ -56,12 +56,6 @@ std::vector<std::string> fuzzSeeds() {
       nrrd + "byte skip: -1\nencoding: gz\n\n" + packed("##" + voxels, MAX_WBITS + 16),
       "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 4 2 1 1\nkinds: RGBA-color space space space\nencoding: ascii\n\n1 "
       "2 3 4 5 6 7 8\n",
-      "NRRD0005\ntype: ushort\ndimension: 4\nsizes: 2 4 4 2\nkinds: list domain domain domain\nendian: "
-      "little\nencoding: raw\n\n" +
-          voxels,
-      "NRRD0005\ntype: uchar\ndimension: 4\nsizes: 4 4 2 4\nkinds: domain domain domain vector\nspacings: 1 1 2 "
-      "nan\nencoding: raw\n\n" +
-          voxels,
       "NRRD0004\ntype: double\ndimension: 3\nsizes: 1 1 1\nendian: little\nencoding: raw\ndata file: ./x.raw\n",
       meta + "TransformMatrix = 0 1 0 0 0 1 1 0 0\nOffset = 1 2 3\nElementSpacing = 1 2 3\nElementDataFile = LOCAL\n" +
           voxels,
@@ -71,6 +65,12 @@ std::vector<std::string> fuzzSeeds() {
       meta + "BinaryData = False\nElementNumberOfChannels = 1\nElementDataFile = LOCAL\n1 2 3",
       "ObjectType = Image\nNDims = 3\nDimSize = 4 4 2\nElementType = MET_USHORT\nElementNumberOfChannels = "
       "2\nElementDataFile = LOCAL\n" +
+          voxels,
+      "NRRD0005\ntype: ushort\ndimension: 4\nsizes: 2 4 4 2\nkinds: list domain domain domain\nendian: "
+      "little\nencoding: raw\n\n" +
+          voxels,
+      "NRRD0005\ntype: uchar\ndimension: 4\nsizes: 4 4 2 4\nkinds: domain domain domain vector\nspacings: 1 1 2 "
+      "nan\nencoding: raw\n\n" +
           voxels,
       packed(voxels, MAX_WBITS + 16),
   };

@@ -11,7 +11,8 @@ using testing::HasSubstr;
 std::string inPlanes(const std::string& interleaved, std::size_t channels, std::size_t width) {
   std::string planes;
   for (std::size_t c = 0; c < channels; ++c) {
-    for (std::size_t i = c * width; i < interleaved.size(); i += channels * width) planes += interleaved.substr(i, width);
+    for (std::size_t i = c * width; i < interleaved.size(); i += channels * width)
+      planes += interleaved.substr(i, width);
   }
   return planes;
 }
@@ -103,22 +104,23 @@ TEST(ImportChannels, NrrdListsInFrontAndBehind) {
   const Scratch scratch;
   const std::string voxels = countingWords(2 * 12);
   const std::string planes = inPlanes(voxels, 2, 2);
-  const std::string front = "kinds: list domain domain domain\nspace directions: none (2,0,0) (0,3,0) (0,0,4)\nspace: "
-                            "left-posterior-superior\n";
+  const std::string front =
+      "kinds: list domain domain domain\nspace directions: none (2,0,0) (0,3,0) (0,0,4)\nspace: "
+      "left-posterior-superior\n";
   const auto source = openSource({scratch.write("a", nrrd("ushort", "2 3 2 2", front) + voxels)}, {});
   EXPECT_EQ(source->info().dims, glm::ivec3(3, 2, 2));
   ASSERT_EQ(source->info().channels.size(), 2u);
   EXPECT_EQ(source->info().world_from_index[1][1], 3);
   EXPECT_EQ(readAll(*source), planes);
   const auto behind = openSource(
-      {scratch.write("b", nrrd("ushort", "3 2 2 2", "kinds: domain domain domain vector\nspacings: 2 3 4 nan\n") +
-                              planes)},
+      {scratch.write("b",
+                     nrrd("ushort", "3 2 2 2", "kinds: domain domain domain vector\nspacings: 2 3 4 nan\n") + planes)},
       {});
   EXPECT_EQ(behind->info().dims, glm::ivec3(3, 2, 2));
   EXPECT_EQ(behind->info().world_from_index[2][2], 4);
   EXPECT_EQ(readAll(*behind), planes);
-  const auto slice = openSource(
-      {scratch.write("c", nrrd("ushort", "2 3 4", "kinds: 2-vector domain domain\n") + voxels)}, {});
+  const auto slice =
+      openSource({scratch.write("c", nrrd("ushort", "2 3 4", "kinds: 2-vector domain domain\n") + voxels)}, {});
   EXPECT_EQ(slice->info().dims, glm::ivec3(3, 4, 1));
   EXPECT_EQ(slice->info().channels.size(), 2u);
 }
@@ -133,8 +135,8 @@ TEST(ImportChannels, NrrdColourStaysColourUnlessAskedOtherwise) {
     options.channels = ChannelRule::fields;
     EXPECT_EQ(importAll(file, options), bytesOf<std::uint8_t>({1, 4, 2, 5, 3, 6})) << kinds;
   }
-  const auto reals = scratch.write("b", nrrd("float", "3 2 1 1", "kinds: vector domain domain domain\n") +
-                                            bytesOf<float>({1, 2, 3, 4, 5, 6}));
+  const auto reals = scratch.write(
+      "b", nrrd("float", "3 2 1 1", "kinds: vector domain domain domain\n") + bytesOf<float>({1, 2, 3, 4, 5, 6}));
   EXPECT_EQ(importAll(reals), bytesOf<float>({1, 4, 2, 5, 3, 6}));
   ImportOptions color;
   color.channels = ChannelRule::color;
