@@ -23,6 +23,7 @@ class FrameRenderer {
   gpu::FrameParams bindVolume(VulkanVolume& volume, const View& view, const Plan& plan);
   void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, gpu::FrameParams& params);
   DeviceTraits traits() const;
+  void generalise(Plan& plan, const VolumeInfo& info) const;
   // Rows of the image, and samples of them that one submission draws.
   struct Band {
     int row_begin = 0;

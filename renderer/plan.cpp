@@ -205,6 +205,7 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   key.finder = static_cast<std::uint32_t>(finder);
   key.walk = view.walk ? 1 : 0;
   key.cull = view.cull && !open ? 1 : 0;
+  plan.needs_masks = key.cull != 0;
   key.range_open = open ? 1 : 0;
   // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
   // extinction.

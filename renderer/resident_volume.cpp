@@ -109,15 +109,29 @@ VulkanVolume::VulkanVolume(Device& device, VolumeFile file, std::uint64_t chunk_
   levels_.resize(2 * info.levels.size());
 }
 
+std::vector<ResidentPart> VulkanVolume::parts() const {
+  std::vector<ResidentPart> parts;
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    if (!levels_[i]) continue;
+    const ResidentLevel& level = *levels_[i];
+    const auto add = [&](std::string what, std::uint64_t bytes) {
+      if (bytes == 0) return;
+      parts.push_back({.what = std::move(what), .level = static_cast<int>(i / 2), .apron = i % 2 != 0, .bytes = bytes});
+    };
+    std::uint64_t voxels = 0;
+    for (const Buffer& chunk : level.voxel_chunks) voxels += chunk.bytes();
+    add("voxels", voxels);
+    add("blocks", level.blocks.bytes());
+    add("masks", level.masks.bytes());
+    if (level.grid) add("grid", level.grid->tiles.bytes() + level.grid->cells.bytes());
+    if (level.instances) add("instances", level.instances->storage.bytes());
+  }
+  return parts;
+}
+
 std::uint64_t VulkanVolume::deviceBytes() const {
   std::uint64_t bytes = 0;
-  for (const auto& level : levels_) {
-    if (!level) continue;
-    bytes += level->blocks.bytes() + level->subblocks.bytes();
-    for (const Buffer& chunk : level->voxel_chunks) bytes += chunk.bytes();
-    if (level->grid) bytes += level->grid->tiles.bytes() + level->grid->cells.bytes();
-    if (level->instances) bytes += level->instances->storage.bytes();
-  }
+  for (const ResidentPart& part : parts()) bytes += part.bytes;
   return bytes;
 }
 
@@ -184,14 +198,22 @@ void VulkanVolume::uploadLevel(ResidentLevel& level, std::uint64_t subblock_byte
     }
   }
   level.blocks = uploadVector(device_, records);
-  std::vector<gpu::GpuSubblock> subblocks(level.records.subblocks.size());
-  std::ranges::transform(level.records.subblocks, subblocks.begin(), [&](const Subblock& s) {
-    return gpu::GpuSubblock{.density_min = onDevice(s.density_min, exponent),
-                            .density_max = onDevice(s.density_max, exponent),
-                            .range_mask = s.range_mask};
-  });
-  level.subblocks = uploadVector(device_, subblocks);
-  level.records.subblocks = {};  // only the device needs them from here on
+}
+
+const Buffer& VulkanVolume::masks(int number, bool apron) {
+  ResidentLevel& resident = level(number, apron);
+  if (resident.masks.bytes() == 0) {
+    const int exponent = densityExponent(info());
+    std::vector<gpu::GpuSubblock> records(resident.records.subblocks.size());
+    std::ranges::transform(resident.records.subblocks, records.begin(), [&](const Subblock& s) {
+      return gpu::GpuSubblock{.density_min = onDevice(s.density_min, exponent),
+                              .density_max = onDevice(s.density_max, exponent),
+                              .range_mask = s.range_mask};
+    });
+    resident.masks = uploadVector(device_, records);
+    resident.records.subblocks = {};  // only the device needs them from here on
+  }
+  return resident.masks;
 }
 
 const GridBuffers& VulkanVolume::grid(int number, bool apron) {

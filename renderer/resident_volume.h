@@ -2,6 +2,7 @@
 // A volume on the device. A part is absent until a frame needs it, then resident for as long as the volume lives:
 //   level records and voxels - when a frame draws that level; with an apron (volume/apron.h) beside those without, each
 //                              when a frame needs it;
+//   subblock masks            - when a frame culls on the level;
 //   block grid                - when the grid finder is used on the level;
 //   acceleration structures   - when the query finder is used on the level.
 #pragma once
@@ -23,9 +24,9 @@ struct GridBuffers {
 };
 
 struct ResidentLevel {
-  Level records;  // kept for building finders; voxels live on the device only
+  Level records;  // kept for building finders and masks; voxels live on the device only
   Buffer blocks;
-  Buffer subblocks;
+  Buffer masks;                      // GpuSubblock[]
   std::vector<Buffer> voxel_chunks;  // equal but for the last; no block crosses from one to the next
   std::unique_ptr<GridBuffers> grid;
   std::unique_ptr<AccelerationStructure> instances;
@@ -39,9 +40,11 @@ class VulkanVolume final : public ResidentVolume {
   std::uint64_t serial() const { return serial_; }
   const VolumeInfo& info() const override { return file_.info(); }
   std::uint64_t deviceBytes() const override;
+  std::vector<ResidentPart> parts() const override;
 
   // Each makes its part resident if it is not. Throws DataError for the file, DeviceError for memory.
   ResidentLevel& level(int number, bool apron);
+  const Buffer& masks(int number, bool apron);
   const GridBuffers& grid(int number, bool apron);
   const AccelerationStructure& instances(int number, bool apron, const AccelerationStructure& unit_box);
 

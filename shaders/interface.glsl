@@ -15,6 +15,34 @@
 
 #include "kernel_interface.h"
 
+#ifdef BLOCKWALK_GENERAL
+// One kernel that makes every choice at run time: what specialisation is measured against (bench/experiments).
+layout(push_constant, scalar) uniform Push {
+  PushConstants push;
+  uint choices[kChoiceCount];
+};
+#define BLOCKWALK_DERIVED
+#define kVoxelType choices[0]
+#define kMode choices[1]
+#define kFinder choices[2]
+#define kWalk (choices[3] != 0u)
+#define kCull (choices[4] != 0u)
+#define kRangeOpen (choices[5] != 0u)
+#define kTestVoxel (choices[6] != 0u)
+#define kClip (choices[7] != 0u)
+#define kOpaqueBackground (choices[8] != 0u)
+#define kSubblockSide int(choices[9])
+#define kBlockSide int(choices[10])
+#define kFilter choices[11]
+#define kLit (choices[12] != 0u)
+#define kClassification choices[13]
+#define kOutput choices[14]
+#define kAntialias (choices[15] != 0u)
+#define kCount (choices[16] != 0u)
+#define kProbe (choices[17] != 0u)
+#else
+layout(push_constant, scalar) uniform Push { PushConstants push; };
+#define BLOCKWALK_DERIVED const
 layout(constant_id = 0) const uint kVoxelType = kVoxelRgba8;
 layout(constant_id = 1) const uint kMode = kModeBlend;
 layout(constant_id = 2) const uint kFinder = kFinderGrid;
@@ -33,12 +61,13 @@ layout(constant_id = 14) const uint kOutput = kOutputColor;
 layout(constant_id = 15) const bool kAntialias = false;  // several samples a pixel, a dispatch each
 layout(constant_id = 16) const bool kCount = true;
 layout(constant_id = 17) const bool kProbe = false;
+#endif
 
-const int kBlockVoxels = kBlockSide * kSubblockSide;
+BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
 // What interpolates reads subblocks with the ring of one voxel around them (volume/apron.h).
-const bool kApron = kFilter == kFilterLinear || kLit;
-const bool kTally = kCount || kOutput == kOutputCost;  // count a ray's visits and steps
-const int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
+BLOCKWALK_DERIVED bool kApron = kFilter == kFilterLinear || kLit;
+BLOCKWALK_DERIVED bool kTally = kCount || kOutput == kOutputCost;  // count a ray's visits and steps
+BLOCKWALK_DERIVED int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SubblockArray { GpuSubblock at[]; };
@@ -53,7 +82,6 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer Pr
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Counters { GpuCounters sums; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Frame { FrameParams params; };
 
-layout(push_constant, scalar) uniform Push { PushConstants push; };
 #ifdef BLOCKWALK_RAY_QUERY
 layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
 #endif

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Voxels of one subblock: x fastest, kStride along each axis; with an apron they begin one voxel below the subblock's first.
 
-const int kVoxelBytes = kVoxelType == kVoxelU8 ? 1 : (kVoxelType == kVoxelU16 ? 2 : 4);
-const int kSubblockBytes = kStride * kStride * kStride * kVoxelBytes;
-const int kApronOffset = kApron ? 1 + kStride * (1 + kStride) : 0;
+BLOCKWALK_DERIVED int kVoxelBytes = kVoxelType == kVoxelU8 ? 1 : (kVoxelType == kVoxelU16 ? 2 : 4);
+BLOCKWALK_DERIVED int kSubblockBytes = kStride * kStride * kStride * kVoxelBytes;
+BLOCKWALK_DERIVED int kApronOffset = kApron ? 1 + kStride * (1 + kStride) : 0;
 
 vec3 voxelStrides() { return vec3(1.0, float(kStride), float(kStride * kStride)); }
 
