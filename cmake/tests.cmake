@@ -27,7 +27,7 @@ function(add_room_test room)
     set_tests_properties(${room}.all PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${room} ${sanitizer_properties})
     return()
   endif()
-  gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_MODE PRE_TEST
+  gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
     PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${room} ${sanitizer_properties})
 endfunction()
 

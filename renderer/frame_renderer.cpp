@@ -84,9 +84,9 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& vie
   for (const ChannelPlan& drawn : plan.channels) channels.push_back(drawn.channel);
   ResidentLevel& level = volume.level(plan.level, plan.needs_apron, channels);
   for (std::size_t i = 0; i < channels.size(); ++i) {
-    const ResidentChannel& channel = *level.channels[channels[i]];
+    ResidentChannel& channel = *level.channels[channels[i]];
     params.channels[i].blocks = channel.blocks.address();
-    params.channels[i].subblocks = channel.subblocks.address();
+    if (plan.needs_masks) params.channels[i].subblocks = volume.masks(channel).address();
     if (plan.needs_table) bindTable(view, volume, plan, plan.channels[i], params.channels[i]);
   }
   if (plan.needs_grid) {
@@ -106,8 +106,12 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& vie
 
 void FrameRenderer::recordDispatches(const Plan& plan, int width, const Band& band) {
   const bool ray_query = plan.needs_instances;
-  commands_.bindPipeline(vk::PipelineBindPoint::eCompute, *kernels_.pipeline(plan.key));
+  const auto& pipeline = plan.general ? kernels_.general(ray_query) : kernels_.pipeline(plan.key);
+  commands_.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
   const auto& layout = kernels_.layout(ray_query);
+  if (plan.general) {
+    commands_.pushConstants<KernelKey>(*layout, vk::ShaderStageFlagBits::eCompute, Kernels::kChoicesOffset, plan.key);
+  }
   if (ray_query) commands_.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, instances_, {});
   const auto groups = [](int pixels) {
     return static_cast<std::uint32_t>((pixels + gpu::kGroupSide - 1) / gpu::kGroupSide);
@@ -208,6 +212,13 @@ DeviceTraits FrameRenderer::traits() const {
   return {.ray_query = device_.rayQuery(), .software = device_.isSoftware(), .max_instances = device_.maxInstances()};
 }
 
+// The general kernel holds every finder that the device has, so the query's instances must be there to be bound.
+void FrameRenderer::generalise(Plan& plan, const VolumeInfo& info) const {
+  plan.general = true;
+  const std::uint64_t blocks = info.levels[static_cast<std::size_t>(plan.level)].block_count;
+  plan.needs_instances = device_.rayQuery() && blocks <= device_.maxInstances();
+}
+
 void FrameRenderer::prepare(VulkanVolume& volume, const View& view) {
   const Plan plan = blockwalk::plan(view, volume.info(), traits(), false, false);
   if (!plan.is_blank) bindVolume(volume, view, plan);
@@ -215,7 +226,8 @@ void FrameRenderer::prepare(VulkanVolume& volume, const View& view) {
 
 Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const RenderOptions& options) {
   const auto start = std::chrono::steady_clock::now();
-  const Plan plan = blockwalk::plan(view, volume.info(), traits(), options.count, options.probe);
+  Plan plan = blockwalk::plan(view, volume.info(), traits(), options.count, options.probe);
+  if (options.general) generalise(plan, volume.info());
   const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   Frame frame;
   frame.width = view.width;
@@ -225,11 +237,11 @@ Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const Render
   if (options.probe) frame.probes.resize(pixels);
   RenderStats& stats = frame.stats;
   stats.rays = pixels * static_cast<std::size_t>(view.samples);
-  stats.finder = plan.needs_instances ? "query" : "grid";
+  stats.finder = plan.key.finder == gpu::kFinderQuery ? "query" : "grid";
   stats.walk = view.walk;
   stats.cull = view.cull;
   stats.level = plan.level;
-  stats.kernel = plan.is_blank ? "blank" : describe(plan.key);
+  stats.kernel = plan.is_blank ? "blank" : (plan.general ? "general " : "") + describe(plan.key);
   if (plan.is_blank) {
     if (view.output == Output::color) fillBackground(view, frame);
   } else {

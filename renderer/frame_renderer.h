@@ -24,6 +24,7 @@ class FrameRenderer {
   void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, const ChannelPlan& drawn,
                  gpu::DrawnChannel& params);
   DeviceTraits traits() const;
+  void generalise(Plan& plan, const VolumeInfo& info) const;
   // Rows of the image, and samples of them that one submission draws.
   struct Band {
     int row_begin = 0;

@@ -4,17 +4,20 @@
 #include <array>
 
 #include "render.spv.h"
+#include "render_general.spv.h"
+#include "render_general_rayquery.spv.h"
 #include "render_rayquery.spv.h"
-#include "shaders/kernel_interface.h"
 
 namespace blockwalk {
+
+static_assert(kKernelConstants == gpu::kChoiceCount);
 
 Kernels::Kernels(const Device& device) : device_(device) {
   const auto& handle = device.handle();
   const vk::PushConstantRange push{
-      .stageFlags = vk::ShaderStageFlagBits::eCompute, .offset = 0, .size = sizeof(gpu::PushConstants)};
+      .stageFlags = vk::ShaderStageFlagBits::eCompute, .offset = 0, .size = kChoicesOffset + sizeof(KernelKey)};
   plain_layout_ = handle.createPipelineLayout(vk::PipelineLayoutCreateInfo{}.setPushConstantRanges(push));
-  plain_module_ = makeModule(false);
+  plain_module_ = makeModule(render_spirv);
   cache_ = handle.createPipelineCache({});
   if (!device.rayQuery()) return;
 
@@ -31,13 +34,16 @@ Kernels::Kernels(const Device& device) : device_(device) {
           .setPoolSizes(size));
   set_ = std::move(handle.allocateDescriptorSets(
       vk::DescriptorSetAllocateInfo{.descriptorPool = *descriptor_pool_}.setSetLayouts(*set_layout_))[0]);
-  query_module_ = makeModule(true);
+  query_module_ = makeModule(render_rayquery_spirv);
 }
 
-vk::raii::ShaderModule Kernels::makeModule(bool ray_query) const {
-  const auto words =
-      ray_query ? std::span<const std::uint32_t>(render_rayquery_spirv) : std::span<const std::uint32_t>(render_spirv);
+vk::raii::ShaderModule Kernels::makeModule(std::span<const std::uint32_t> words) const {
   return device_.handle().createShaderModule({.codeSize = words.size_bytes(), .pCode = words.data()});
+}
+
+vk::raii::Pipeline Kernels::makePipeline(bool ray_query, const vk::PipelineShaderStageCreateInfo& stage) const {
+  return device_.handle().createComputePipeline(
+      cache_, vk::ComputePipelineCreateInfo{.stage = stage, .layout = *layout(ray_query)});
 }
 
 vk::DescriptorSet Kernels::bindInstances(vk::AccelerationStructureKHR instances) {
@@ -63,12 +69,24 @@ const vk::raii::Pipeline& Kernels::pipeline(const KernelKey& key) {
   }
   const vk::SpecializationInfo specialisation{
       .mapEntryCount = kKernelConstants, .pMapEntries = entries.data(), .dataSize = sizeof key, .pData = &key};
-  const vk::ComputePipelineCreateInfo create{.stage = {.stage = vk::ShaderStageFlagBits::eCompute,
-                                                       .module = ray_query ? *query_module_ : *plain_module_,
-                                                       .pName = "main",
-                                                       .pSpecializationInfo = &specialisation},
-                                             .layout = *layout(ray_query)};
-  return pipelines_.emplace(key, device_.handle().createComputePipeline(cache_, create)).first->second;
+  return pipelines_
+      .emplace(key, makePipeline(ray_query, {.stage = vk::ShaderStageFlagBits::eCompute,
+                                             .module = ray_query ? *query_module_ : *plain_module_,
+                                             .pName = "main",
+                                             .pSpecializationInfo = &specialisation}))
+      .first->second;
+}
+
+const vk::raii::Pipeline& Kernels::general(bool ray_query) {
+  const auto found = general_.find(ray_query);
+  if (found != general_.end()) return found->second;
+  const vk::raii::ShaderModule module =
+      ray_query ? makeModule(render_general_rayquery_spirv) : makeModule(render_general_spirv);
+  return general_
+      .emplace(
+          ray_query,
+          makePipeline(ray_query, {.stage = vk::ShaderStageFlagBits::eCompute, .module = *module, .pName = "main"}))
+      .first->second;
 }
 
 }  // namespace blockwalk

@@ -97,7 +97,9 @@ std::vector<ChannelPlan> planChannels(const View& view, const VolumeInfo& info) 
   for (std::size_t i = 0; i < count; ++i) {
     const auto number = static_cast<std::size_t>(view.drawn[i]);
     ChannelPlan channel{.channel = number, .range = visibleRange(view, info, number), .range_mask = 0};
-    if (channel.range.lo > std::min(channel.range.hi, info.channels[number].density_max)) continue;
+    const bool among_others = info.channels.size() > 1;
+    const float greatest = among_others ? info.channels[number].density_max : channel.range.hi;
+    if (channel.range.lo > std::min(channel.range.hi, greatest)) continue;
     const int low = rangeMaskBin(info.channels[number].bin_cuts, channel.range.lo);
     const int high = rangeMaskBin(info.channels[number].bin_cuts, channel.range.hi);
     for (int bin = low; bin <= high; ++bin) channel.range_mask |= static_cast<std::uint8_t>(1 << bin);
@@ -228,6 +230,7 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   key.walk = view.walk ? 1 : 0;
   // Of several channels one may be absent from a subblock that is stored for another.
   key.cull = view.cull && (!open || plan.channels.size() > 1) ? 1 : 0;
+  plan.needs_masks = key.cull != 0;
   key.range_open = open ? 1 : 0;
   // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
   // extinction.

@@ -72,6 +72,8 @@ struct Plan {
   bool needs_apron = false;  // voxels with the ring around every subblock
   bool needs_table = false;
   bool needs_integrals = false;  // of the table, for pre-integration
+  bool needs_masks = false;      // minimum, maximum and range mask of subblocks
+  bool general = false;          // RenderOptions::general: `key` is read at run time
   bool is_blank = false;         // nothing can be seen: no kernel at all, only background
 };
 

@@ -86,9 +86,22 @@ struct Frame {
 };
 
 struct RenderOptions {
-  bool count = true;                          // fill the counters of RenderStats; off makes the kernel a little faster
-  bool probe = false;                         // fill Frame::probes
+  bool count = true;   // fill the counters of RenderStats; off makes the kernel a little faster
+  bool probe = false;  // fill Frame::probes
+  // Draw with the one kernel that makes every choice at run time: the same picture, slower. For measuring what
+  // specialisation is worth.
+  bool general = false;
   const std::atomic<bool>* cancel = nullptr;  // looked at between bands, and between samples of one
+};
+
+// A piece of a volume on the device.
+struct ResidentPart {
+  std::string what;  // voxels, blocks, masks, grid, instances
+  int level = 0;
+  bool apron = false;  // of the level whose subblocks carry a ring (volume/apron.h)
+  static constexpr int kAllChannels = -1;
+  int channel = kAllChannels;  // of the volume
+  std::uint64_t bytes = 0;
 };
 
 // A volume on the device. Levels and acceleration structures become resident when a frame first needs them.
@@ -97,6 +110,7 @@ class ResidentVolume {
   virtual ~ResidentVolume() = default;
   virtual const VolumeInfo& info() const = 0;
   virtual std::uint64_t deviceBytes() const = 0;
+  virtual std::vector<ResidentPart> parts() const = 0;
 };
 
 class Renderer {

@@ -108,20 +108,38 @@ VulkanVolume::VulkanVolume(Device& device, VolumeFile file, std::uint64_t chunk_
   levels_.resize(2 * info.levels.size());
 }
 
-std::uint64_t ResidentChannel::bytes() const {
-  std::uint64_t sum = blocks.bytes() + subblocks.bytes();
-  for (const Buffer& chunk : voxel_chunks) sum += chunk.bytes();
-  return sum;
+std::vector<ResidentPart> VulkanVolume::parts() const {
+  std::vector<ResidentPart> parts;
+  for (std::size_t i = 0; i < levels_.size(); ++i) {
+    if (!levels_[i]) continue;
+    const ResidentLevel& level = *levels_[i];
+    const auto add = [&](std::string what, int channel, std::uint64_t bytes) {
+      if (bytes == 0) return;
+      parts.push_back({.what = std::move(what),
+                       .level = static_cast<int>(i / 2),
+                       .apron = i % 2 != 0,
+                       .channel = channel,
+                       .bytes = bytes});
+    };
+    for (std::size_t c = 0; c < level.channels.size(); ++c) {
+      if (!level.channels[c]) continue;
+      const ResidentChannel& channel = *level.channels[c];
+      const auto number = static_cast<int>(c);
+      std::uint64_t voxels = 0;
+      for (const Buffer& chunk : channel.voxel_chunks) voxels += chunk.bytes();
+      add("voxels", number, voxels);
+      add("blocks", number, channel.blocks.bytes());
+      add("masks", number, channel.masks.bytes());
+    }
+    if (level.grid) add("grid", ResidentPart::kAllChannels, level.grid->tiles.bytes() + level.grid->cells.bytes());
+    if (level.instances) add("instances", ResidentPart::kAllChannels, level.instances->storage.bytes());
+  }
+  return parts;
 }
 
 std::uint64_t VulkanVolume::deviceBytes() const {
   std::uint64_t bytes = 0;
-  for (const auto& level : levels_) {
-    if (!level) continue;
-    for (const auto& channel : level->channels) bytes += channel ? channel->bytes() : 0;
-    if (level->grid) bytes += level->grid->tiles.bytes() + level->grid->cells.bytes();
-    if (level->instances) bytes += level->instances->storage.bytes();
-  }
+  for (const ResidentPart& part : parts()) bytes += part.bytes;
   return bytes;
 }
 
@@ -200,21 +218,28 @@ void VulkanVolume::upload(Level& records, std::size_t channel, std::uint64_t sub
     }
   }
   resident.blocks = uploadVector(device_, gpu_blocks);
-  std::vector<gpu::GpuSubblock> subblocks(records.subblocks.size());
-  std::ranges::transform(records.subblocks, subblocks.begin(), [&](const Subblock& s) {
+  resident.ranges.resize(records.subblocks.size());
+  std::ranges::transform(records.subblocks, resident.ranges.begin(), [&](const Subblock& s) {
     return gpu::GpuSubblock{.density_min = onDevice(s.density_min, exponent),
                             .density_max = onDevice(s.density_max, exponent),
                             .range_mask = s.range_mask};
   });
-  resident.subblocks = uploadVector(device_, subblocks);
   if (level.records.blocks.empty()) {
     level.records = std::move(records);
-    level.records.subblocks = {};  // only the device needs them from here on
+    level.records.subblocks = {};
     if (info().channels.size() > 1) {
       for (Block& block : level.records.blocks) block.range_mask = 0xff;
     }
   }
   level.channels[channel] = std::move(resident);
+}
+
+const Buffer& VulkanVolume::masks(ResidentChannel& channel) {
+  if (channel.masks.bytes() == 0) {
+    channel.masks = uploadVector(device_, channel.ranges);
+    channel.ranges = {};  // only the device needs them from here on
+  }
+  return channel.masks;
 }
 
 const GridBuffers& VulkanVolume::grid(ResidentLevel& level) {

@@ -2,10 +2,10 @@
 // A volume on the device. A part is absent until a frame needs it, then resident for as long as the volume lives:
 //   records and voxels of a channel of a level
 //                            - when a frame draws that channel of that level; with an apron (volume/apron.h) beside
-//                            those
-//                              without, each when a frame needs it;
-//   block grid                - when the grid finder is used on the level;
-//   acceleration structures   - when the query finder is used on the level.
+//                              those without, each when a frame needs it;
+//   its subblock masks       - when a frame culls by that channel on the level;
+//   block grid               - when the grid finder is used on the level;
+//   acceleration structures  - when the query finder is used on the level.
 #pragma once
 
 #include <array>
@@ -17,6 +17,7 @@
 
 #include "renderer/acceleration.h"
 #include "renderer/renderer.h"
+#include "shaders/kernel_interface.h"
 #include "volume/apron.h"
 
 namespace blockwalk {
@@ -29,9 +30,10 @@ struct GridBuffers {
 
 struct ResidentChannel {
   Buffer blocks;
-  Buffer subblocks;
+  Buffer masks;                      // GpuSubblock[]
   std::vector<Buffer> voxel_chunks;  // equal but for the last; no block crosses from one to the next
-  std::uint64_t bytes() const;
+  // What the masks are made of; nothing once they are.
+  std::vector<gpu::GpuSubblock> ranges;
 };
 
 struct ResidentLevel {
@@ -51,10 +53,12 @@ class VulkanVolume final : public ResidentVolume {
   std::uint64_t serial() const { return serial_; }
   const VolumeInfo& info() const override { return file_.info(); }
   std::uint64_t deviceBytes() const override;
+  std::vector<ResidentPart> parts() const override;
 
   // Each makes its part resident if it is not. Throws DataError for the file, DeviceError for memory.
   // A level with at least these channels; the finders of a level with some channel.
   ResidentLevel& level(int number, bool apron, std::span<const std::size_t> channels);
+  const Buffer& masks(ResidentChannel& channel);
   const GridBuffers& grid(ResidentLevel& level);
   const AccelerationStructure& instances(ResidentLevel& level, const AccelerationStructure& unit_box);
 

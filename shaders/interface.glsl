@@ -7,7 +7,6 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
-#extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #ifdef BLOCKWALK_RAY_QUERY
@@ -16,6 +15,35 @@
 
 #include "kernel_interface.h"
 
+#ifdef BLOCKWALK_GENERAL
+// One kernel that makes every choice at run time: what specialisation is measured against (bench/experiments).
+layout(push_constant, scalar) uniform Push {
+  PushConstants push;
+  uint choices[kChoiceCount];
+};
+#define BLOCKWALK_DERIVED
+#define kVoxelType choices[0]
+#define kMode choices[1]
+#define kFinder choices[2]
+#define kWalk (choices[3] != 0u)
+#define kCull (choices[4] != 0u)
+#define kRangeOpen (choices[5] != 0u)
+#define kTestVoxel (choices[6] != 0u)
+#define kClip (choices[7] != 0u)
+#define kOpaqueBackground (choices[8] != 0u)
+#define kSubblockSide int(choices[9])
+#define kBlockSide int(choices[10])
+#define kFilter choices[11]
+#define kLit (choices[12] != 0u)
+#define kClassification choices[13]
+#define kOutput choices[14]
+#define kAntialias (choices[15] != 0u)
+#define kChannels int(choices[16])
+#define kCount (choices[17] != 0u)
+#define kProbe (choices[18] != 0u)
+#else
+layout(push_constant, scalar) uniform Push { PushConstants push; };
+#define BLOCKWALK_DERIVED const
 layout(constant_id = 0) const uint kVoxelType = kVoxelRgba8;
 layout(constant_id = 1) const uint kMode = kModeBlend;
 layout(constant_id = 2) const uint kFinder = kFinderGrid;
@@ -35,12 +63,13 @@ layout(constant_id = 15) const bool kAntialias = false;  // several samples a pi
 layout(constant_id = 16) const int kChannels = 1;        // drawn
 layout(constant_id = 17) const bool kCount = true;
 layout(constant_id = 18) const bool kProbe = false;
+#endif
 
-const int kBlockVoxels = kBlockSide * kSubblockSide;
+BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
 // What interpolates reads subblocks with the ring of one voxel around them (volume/apron.h).
-const bool kApron = kFilter == kFilterLinear || kLit;
-const bool kTally = kCount || kOutput == kOutputCost;  // count a ray's visits and steps
-const int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
+BLOCKWALK_DERIVED bool kApron = kFilter == kFilterLinear || kLit;
+BLOCKWALK_DERIVED bool kTally = kCount || kOutput == kOutputCost;  // count a ray's visits and steps
+BLOCKWALK_DERIVED int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SubblockArray { GpuSubblock at[]; };
@@ -55,7 +84,6 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer Pr
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Counters { GpuCounters sums; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Frame { FrameParams params; };
 
-layout(push_constant, scalar) uniform Push { PushConstants push; };
 #ifdef BLOCKWALK_RAY_QUERY
 layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
 #endif
@@ -79,11 +107,26 @@ struct Scene {
 
 Scene scene;
 
-// Over the channels drawn. The members of an array indexed by `c` are registers once the loop is unrolled.
-#define forEachChannel(c) [[unroll]] for (int c = 0; c < kChannels; ++c)
+// The statement for each channel drawn, with `c` its place among them. Where their number is constant so is `c`, without
+// a loop that a compiler might leave one: of one channel the code is that of no loop at all, and an array that is indexed
+// by it needs no memory.
+#ifdef BLOCKWALK_GENERAL
+#define forEachChannel(c, statement) for (int c = 0; c < kChannels; ++c) { statement }
+#else
+#define forOneChannel(c, number, statement) if (kChannels > number) { const int c = number; statement }
+#define forEachChannel(c, statement)   \
+  {                                    \
+    forOneChannel(c, 0, statement)     \
+    forOneChannel(c, 1, statement)     \
+    forOneChannel(c, 2, statement)     \
+    forOneChannel(c, 3, statement)     \
+  }
+#endif
+
+void loadChannel(int c) { scene.channels[c] = frame.channels[c]; }
 
 void loadScene() {
-  forEachChannel(c) scene.channels[c] = frame.channels[c];
+  forEachChannel(c, loadChannel(c);)
   scene.grid_tiles = frame.grid_tiles;
   scene.grid_cells = frame.grid_cells;
   scene.anchor = vec3(frame.anchor);

@@ -51,6 +51,8 @@ BLOCKWALK_CONST uint kOutputCost = 2;
 BLOCKWALK_CONST uint kFinderQuery = 1;
 BLOCKWALK_CONST uint kFinderGrid = 2;
 
+BLOCKWALK_CONST int kChoiceCount = 19;  // specialisation constants
+
 BLOCKWALK_CONST uint kNone = 0xffffffffu;
 BLOCKWALK_CONST uint kNoSubblock = 255u;  // in GpuBlock::indices
 BLOCKWALK_CONST int kGridTileSide = 8;    // blocks

@@ -58,9 +58,9 @@ bool showsAt(uint block, vec3 place) {
   Spot spot = spotNear(block, place);
   if (!spot.stored) return false;
   bool shows = false;
-  forEachChannel(c) {
+  forEachChannel(c, {
     if (!shows) shows = channelShowsAt(c, spot.voxels.at[c], spot.place);
-  }
+  })
   return shows;
 }
 
@@ -99,7 +99,7 @@ void addHit(int c, Ray ray, uint64_t voxels, vec3 place, inout Sample mixture) {
 
 Sample hitOn(Ray ray, Spot spot) {
   Sample mixture = Sample(vec3(0.0), 0.0);
-  forEachChannel(c) addHit(c, ray, spot.voxels.at[c], spot.place, mixture);
+  forEachChannel(c, addHit(c, ray, spot.voxels.at[c], spot.place, mixture);)
   return mixture;
 }
 
@@ -132,12 +132,12 @@ void integrateSample(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, fl
   vec3 place = placeAt(ray, t) - corner;
   Sample mixture = Sample(vec3(0.0), 0.0);
   bool visible = false;
-  forEachChannel(c) {
+  forEachChannel(c, {
     if (mayShow(voxels, c)) {
       bool adds = addSample(c, ray, voxels.at[c], place, interval, mixture, ink);
       visible = visible || adds;
     }
-  }
+  })
   if (kGathersDensities || !visible) return;
   if (kMode == kModeFirstHit || kMode == kModeIso) {
     hitBefore(ray, block, Spot(true, voxels, place), k, t, ink);

@@ -33,12 +33,12 @@ void integrateVoxel(Ray ray, SubblockVoxels subblock, Dda voxels, float t_end, v
   float length_t = min(voxels.t_exit, t_end) - voxels.t;
   Sample mixture = Sample(vec3(0.0), 0.0);
   bool visible = false;
-  forEachChannel(c) {
+  forEachChannel(c, {
     if (mayShow(subblock, c)) {
       bool adds = addVoxel(c, ray, subblock.at[c], index, voxels.t, length_t, mixture, ink);
       visible = visible || adds;
     }
-  }
+  })
   if (kGathersDensities || !visible) return;
   if (kMode == kModeFirstHit || kMode == kModeIso) {
     hit(mixture.color, corner + voxelAt(voxels.index) + 0.5, voxels.t, ink);

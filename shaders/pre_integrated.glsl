@@ -50,17 +50,17 @@ void integratePreIntegrated(Ray ray, SubblockVoxels voxels, vec3 corner, float t
   float k = floor(t_begin / ray.dt);
   float t = t_begin;
   float front[kMaxDrawnChannels];
-  forEachChannel(c) {
+  forEachChannel(c, {
     if (mayShow(voxels, c)) front[c] = densityAt(voxels.at[c], placeAt(ray, t) - corner);
-  }
+  })
   for (uint i = 0u; i < scene.sample_bound; ++i) {
     float next = min((k + 1.0) * ray.dt, t_end);
     if (next > t) {
       if (kTally) work.voxel_steps += 1u;
       Sample mixture = Sample(vec3(0.0), 0.0);
-      forEachChannel(c) {
+      forEachChannel(c, {
         if (mayShow(voxels, c)) addPiece(c, ray, voxels.at[c], corner, t, next, front[c], mixture);
-      }
+      })
       if (mixture.extinction > 0.0) {
         gather(mixture, t, next - t, ink);
         if (ink.done) return;

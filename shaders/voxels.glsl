@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Voxels of one subblock: x fastest, kStride along each axis; with an apron they begin one voxel below the subblock's first.
 
-const int kVoxelBytes = kVoxelType == kVoxelU8 ? 1 : (kVoxelType == kVoxelU16 ? 2 : 4);
-const int kSubblockBytes = kStride * kStride * kStride * kVoxelBytes;
-const int kApronOffset = kApron ? 1 + kStride * (1 + kStride) : 0;
+BLOCKWALK_DERIVED int kVoxelBytes = kVoxelType == kVoxelU8 ? 1 : (kVoxelType == kVoxelU16 ? 2 : 4);
+BLOCKWALK_DERIVED int kSubblockBytes = kStride * kStride * kStride * kVoxelBytes;
+BLOCKWALK_DERIVED int kApronOffset = kApron ? 1 + kStride * (1 + kStride) : 0;
 
 vec3 voxelStrides() { return vec3(1.0, float(kStride), float(kStride * kStride)); }
 
@@ -36,7 +36,7 @@ bool mayShow(SubblockVoxels voxels, int c) { return kChannels == 1 || !kCull || 
 
 SubblockVoxels firstSubblock(uint block) {
   SubblockVoxels voxels;
-  forEachChannel(c) voxels.at[c] = channelBlockAt(c, block).voxels;
+  forEachChannel(c, voxels.at[c] = channelBlockAt(c, block).voxels;)
   voxels.channels = (1u << kChannels) - 1u;
   return voxels;
 }
@@ -44,7 +44,7 @@ SubblockVoxels firstSubblock(uint block) {
 // The subblock of rank `rank` in the block of `first`.
 SubblockVoxels subblockOfRank(SubblockVoxels first, uint rank, uint channels) {
   SubblockVoxels voxels;
-  forEachChannel(c) voxels.at[c] = first.at[c] + uint64_t(rank) * kSubblockBytes;
+  forEachChannel(c, voxels.at[c] = first.at[c] + uint64_t(rank) * kSubblockBytes;)
   voxels.channels = channels;
   return voxels;
 }

@@ -170,7 +170,7 @@ json runErrorExperiment(const ExperimentOptions& options) {
               {"size", {options.width, options.height}},
               {"samples", options.samples},
               {"scenes", json::array()}};
-  const SceneFiles scenes(options);
+  const SceneFiles scenes(options, {"fossil", "vessels", "cells", "smoke"});
   for (const SceneFile& scene : scenes.all()) {
     const auto say = [&](const std::string& what) {
       if (options.on_step) options.on_step(scene.name + ": " + what);

@@ -26,4 +26,8 @@ struct ExperimentOptions {
 // without a step; errors are in 8-bit steps.
 nlohmann::json runErrorExperiment(const ExperimentOptions& options);
 
+// Specialised kernels against one general kernel, alternating; SPIR-V instructions of both; bytes on the device that a
+// scene asks for, and bytes that it does not.
+nlohmann::json runKernelExperiment(const ExperimentOptions& options);
+
 }  // namespace blockwalk::bench

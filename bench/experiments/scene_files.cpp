@@ -8,17 +8,18 @@
 
 namespace blockwalk::bench {
 
-SceneFiles::SceneFiles(const ExperimentOptions& options) {
+SceneFiles::SceneFiles(const ExperimentOptions& options, const std::vector<std::string>& demos) {
   std::string name = (std::filesystem::temp_directory_path() / "blockwalk-bench-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) throw DataError("cannot make a temporary folder: " + name);
   folder_ = name;
-  for (const char* demo : {"fossil", "vessels", "cells", "smoke"}) {
-    const std::filesystem::path path = folder_ / (std::string(demo) + ".bwv");
+  for (const std::string& demo : demos) {
+    const std::filesystem::path path = folder_ / (demo + ".bwv");
     const auto source = openDemo(demo, options.demo_side);
     buildVolume(*source, path, {});
     scenes_.push_back({.name = demo, .path = path});
   }
-  for (const auto& file : options.files) scenes_.push_back({.name = file.stem().string(), .path = file});
+  for (const auto& file : options.files)
+    scenes_.push_back({.name = file.stem().string(), .path = file, .procedural = false});
 }
 
 SceneFiles::~SceneFiles() {

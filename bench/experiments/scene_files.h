@@ -13,12 +13,13 @@ namespace blockwalk::bench {
 struct SceneFile {
   std::string name;
   std::filesystem::path path;
+  bool procedural = true;
 };
 
 // The folder goes away with it.
 class SceneFiles {
  public:
-  explicit SceneFiles(const ExperimentOptions& options);
+  SceneFiles(const ExperimentOptions& options, const std::vector<std::string>& demos);
   ~SceneFiles();
   SceneFiles(const SceneFiles&) = delete;
   SceneFiles& operator=(const SceneFiles&) = delete;

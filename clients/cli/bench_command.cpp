@@ -17,7 +17,7 @@ struct Experiment {
   nlohmann::json (*run)(const bench::ExperimentOptions&);
 };
 
-constexpr Experiment kExperiments[] = {{"error", bench::runErrorExperiment}};
+constexpr Experiment kExperiments[] = {{"error", bench::runErrorExperiment}, {"kernels", bench::runKernelExperiment}};
 
 struct BenchCommand {
   std::string name;
@@ -51,7 +51,9 @@ void addBenchCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("bench", "Run a named experiment; bench/plot.py draws what it writes");
   std::vector<std::string> names;
   for (const Experiment& experiment : kExperiments) names.emplace_back(experiment.name);
-  command->add_option("NAME", bench->name, "error: error against run time for every knob")
+  command
+      ->add_option("NAME", bench->name,
+                   "error: error against run time for every knob; kernels: specialised kernels against a general one")
       ->required()
       ->check(CLI::IsMember(names));
   command->add_option("FILE", bench->options.files, "volumes to measure beside the procedural ones")

@@ -181,7 +181,7 @@ std::vector<Case> shapeCases() {
                      scenario.build.block_side = 2;
                      return imageError(scenario);
                    }});
-  for (glm::ivec3 dims :
+  for (const glm::ivec3& dims :
        {glm::ivec3(32768, 32768, 1), {1, 32768, 32768}, {32768, 1, 32768}, {65536, 8, 8}, {1024, 512, 1024}}) {
     cases.push_back(corner(dims));
   }

@@ -46,16 +46,16 @@ std::vector<std::string> fuzzSeeds() {
   const std::string voxels(128, 'v');
   const std::string nrrd = "NRRD0005\n# comment\ntype: ushort\ndimension: 3\nsizes: 8 4 2\nendian: big\n";
   const std::string meta = "ObjectType = Image\nNDims = 3\nDimSize = 8 4 2\nElementType = MET_USHORT\n";
+  const std::string ascii = "encoding: ascii\n\n1 2 3 4 5 6 7 8\n";
+  const std::string oriented =
+      "space: left-posterior-superior\nspace directions: (1,0,0) (0,-1,0) (0,0,2.5)\nspace origin: (1,2,3)\n"
+      "kinds: domain domain domain\nkey:=value\nencoding: raw\n\n";
   return {
-      nrrd +
-          "space: left-posterior-superior\nspace directions: (1,0,0) (0,-1,0) (0,0,2.5)\nspace origin: (1,2,3)\n"
-          "kinds: domain domain domain\nkey:=value\nencoding: raw\n\n" +
-          voxels,
+      nrrd + oriented + voxels,
       nrrd + "spacings: 1 nan 2\nline skip: 1\nbyte skip: 2\nencoding: gzip\n\nskipped\n" +
           packed("##" + voxels, MAX_WBITS + 16),
       nrrd + "byte skip: -1\nencoding: gz\n\n" + packed("##" + voxels, MAX_WBITS + 16),
-      "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 4 2 1 1\nkinds: RGBA-color space space space\nencoding: ascii\n\n1 "
-      "2 3 4 5 6 7 8\n",
+      "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 4 2 1 1\nkinds: RGBA-color space space space\n" + ascii,
       "NRRD0004\ntype: double\ndimension: 3\nsizes: 1 1 1\nendian: little\nencoding: raw\ndata file: ./x.raw\n",
       meta + "TransformMatrix = 0 1 0 0 0 1 1 0 0\nOffset = 1 2 3\nElementSpacing = 1 2 3\nElementDataFile = LOCAL\n" +
           voxels,

@@ -33,9 +33,10 @@ std::vector<double> cellCrossings(const CutRay& cut, bool lit) {
   for (int a = 0; a < 3; ++a) {
     if (cut.ray.direction[a] == 0) continue;
     const double from = cut.ray.at(t_min)[a], to = cut.ray.at(t_max)[a];
-    const double first = std::floor(std::min(from, to)) - (lit ? 1 : 0.5);
-    for (double plane = first; plane < std::max(from, to) + 1; plane += lit ? 0.5 : 1) {
-      const double crossing = (plane - cut.ray.origin[a]) / cut.ray.direction[a];
+    const double first = std::floor(std::min(from, to)) - (lit ? 1 : 0.5), spacing = lit ? 0.5 : 1;
+    const auto planes = static_cast<std::int64_t>(std::ceil((std::max(from, to) + 1 - first) / spacing));
+    for (std::int64_t i = 0; i < planes; ++i) {
+      const double crossing = (first + static_cast<double>(i) * spacing - cut.ray.origin[a]) / cut.ray.direction[a];
       if (crossing > t_min && crossing < t_max) t.push_back(crossing);
     }
   }
@@ -119,7 +120,7 @@ class SmoothIntegral {
     const double middle = piece.t_min + (piece.t_max - piece.t_min) / 2;
     const Interval near{.t_min = piece.t_min, .t_max = middle}, far{.t_min = middle, .t_max = piece.t_max};
     const Panel first = panel(near), second = panel(far);
-    const Panel both = first.before(second);
+    Panel both = first.before(second);
     const glm::dvec3 light_error = glm::abs(both.light - whole.light);
     // In a deep panel all light comes from before the first node, and both rules agree in seeing none.
     const bool sees_light = both.depth <= kDeepest || before > kDark;

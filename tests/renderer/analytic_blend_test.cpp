@@ -78,7 +78,7 @@ TEST(AnalyticBlend, OneVoxelIsAHat) {
 TEST(AnalyticBlend, RampWithALinearTransferIsExact) {
   const DenseVolume volume = ramp8();
   const glm::dvec3 eye(3.1, 4.2, 30);
-  for (glm::dvec3 target : {glm::dvec3(3.1, 4.2, 0), glm::dvec3(4.4, 3.3, 4)}) {
+  for (const glm::dvec3& target : {glm::dvec3(3.1, 4.2, 0), glm::dvec3(4.4, 3.3, 4)}) {
     View view = linearView(eye, target);
     view.channels[0].transfer = transferRamp(0, 0.1, 8, 0.9);
     const double stretch = glm::length(target - eye) / std::abs(target.z - eye.z);
@@ -139,7 +139,7 @@ TEST(AnalyticBlend, OpacityOfOneIsAnExtinctionOfAMillion) {
 // A transfer function far finer than a step: nothing at the samples, all of it between them.
 TEST(AnalyticBlend, PreIntegrationSeesWhatIsBetweenTheSamples) {
   const DenseVolume volume = ramp8();
-  for (glm::dvec3 target : {glm::dvec3(3.1, 4.2, 4), glm::dvec3(4.4, 3.3, 4)}) {
+  for (const glm::dvec3& target : {glm::dvec3(3.1, 4.2, 4), glm::dvec3(4.4, 3.3, 4)}) {
     View view = linearView({3.1, 4.2, 30}, target);
     view.clip = kInterior;
     view.step = 1;

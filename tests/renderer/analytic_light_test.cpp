@@ -42,8 +42,8 @@ glm::dvec3 litColor(glm::dvec3 gradient) {
 }
 
 TEST(AnalyticLight, ComesOverTheLeftShoulder) {
-  for (glm::dvec3 slope : {glm::dvec3(0.25, 0, 1), glm::dvec3(-0.25, 0, 1), glm::dvec3(0, 0.25, 1),
-                           glm::dvec3(0, -0.25, 1), glm::dvec3(-0.5, 0.25, -1), glm::dvec3(1, 0.125, 0.25)}) {
+  for (const glm::dvec3& slope : {glm::dvec3(0.25, 0, 1), glm::dvec3(-0.25, 0, 1), glm::dvec3(0, 0.25, 1),
+                                  glm::dvec3(0, -0.25, 1), glm::dvec3(-0.5, 0.25, -1), glm::dvec3(1, 0.125, 0.25)}) {
     const DenseVolume volume = sampled(rampField(20, slope), VoxelType::f32, glm::ivec3(8));
     for (Mode mode : {Mode::first_hit, Mode::iso, Mode::blend}) {
       View view = litAlongZ(4.2, 3.7, mode);

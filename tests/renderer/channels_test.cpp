@@ -192,8 +192,7 @@ TEST_F(ThreeChannels, CountTheBlocksOfAnyOfThem) {
 }
 
 TEST_F(ThreeChannels, AreResidentWhenTheyAreDrawn) {
-  SyntheticOptions options = threeFields();
-  VolumeFile file(buildFile(*makeSynthetic(options)));
+  VolumeFile file(buildFile(*makeSynthetic(threeFields())));
   const std::uint64_t voxels = file.info().levels[0].voxel_bytes;
   View view = twoViews(scene_)[0];
   view.mode = Mode::blend;
@@ -214,6 +213,9 @@ TEST_F(ThreeChannels, AreResidentWhenTheyAreDrawn) {
   const std::uint64_t two = bytesAfter({0, 1}, Filter::linear) - before - one;  // no second grid
   EXPECT_GE(two, voxels);
   EXPECT_LT(two, one);
+  for (const ResidentPart& part : volume->parts()) {
+    EXPECT_TRUE(!part.apron || part.channel <= 1) << part.what << " of channel " << part.channel;
+  }
   EXPECT_EQ(bytesAfter({0, 1, 2}, Filter::linear), before + one + 2 * two);
 }
 

@@ -16,7 +16,7 @@ constexpr double kLeastPsnr = 55;
 constexpr double kNearJump = 1e-5;  // of the contrast; a float holds a density to about a tenth of it
 
 struct Look {
-  std::string_view name = "";
+  std::string_view name{};
   Mode mode = Mode::blend;
   Filter filter = Filter::linear;
   bool lit = false;

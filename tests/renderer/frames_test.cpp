@@ -48,7 +48,7 @@ class FramesTest : public RendererTest {
     std::vector<std::string> messages;
     const std::unique_ptr<Renderer> renderer = other(options, messages);
     const std::unique_ptr<ResidentVolume> volume = renderer->load(VolumeFile(path));
-    const Frame frame = draw(*renderer, *volume, viewOf(volume->info()));
+    Frame frame = draw(*renderer, *volume, viewOf(volume->info()));
     EXPECT_EQ(messages, std::vector<std::string>{});
     return frame;
   }

@@ -95,7 +95,7 @@ TEST_F(PlanesTest, CutColoursAndHitsAsTheReference) {
   const reference::DenseVolume dense = scene.dense(0);
   ImageError total;
   ProbeError hits;
-  for (View view : views(scene, dense)) {
+  for (const View& view : views(scene, dense)) {
     const reference::Image expected = reference::renderImage(dense, view);
     View hit_view = view;
     hit_view.mode = Mode::first_hit;

@@ -46,7 +46,8 @@ double discrepancy(PlaceAt place_at) {
   std::array<glm::dvec2, 64> places;
   for (int i = 0; i < 64; ++i) places[static_cast<std::size_t>(i)] = place_at(i);
   for (int box = 0; box < 100; ++box) {
-    const double u = 0.1 * (1 + box % 10), v = 0.1 * (1 + box / 10);
+    const int column = box % 10, row = box / 10;
+    const double u = 0.1 * (1 + column), v = 0.1 * (1 + row);
     const auto inside = std::ranges::count_if(places, [&](glm::dvec2 p) { return p.x < u && p.y < v; });
     worst = std::max(worst, std::abs(static_cast<double>(inside) / 64 - u * v));
   }
@@ -104,7 +105,7 @@ class SamplesTest : public RendererTest {
 TEST_F(SamplesTest, AreAveragedAsTheReferenceAverages) {
   Scene scene = makeScene(*makeSynthetic({.type = VoxelType::rgba8, .dims = {70, 64, 57}}));
   std::vector<View> views;
-  for (View view : randomViews(scene.info, scene.dense(0), 51)) {
+  for (const View& view : randomViews(scene.info, scene.dense(0), 51)) {
     views.push_back(small(view));
     views.back().samples = 2 + static_cast<int>(views.size() % 6);
   }
@@ -149,7 +150,8 @@ TEST_F(SamplesTest, ConvergeToTheShareThatIsCovered) {
   std::size_t compared = 0;
   for (std::size_t i = 0; i < whole.pixels.size(); ++i) {
     if (whole.pixels[i] == 0xff000000u) continue;  // a gap of the volume
-    const double x = 24 + static_cast<double>(i % 16), y = 40 - static_cast<double>(i / 16) - 1;
+    const std::size_t row = i / 16;
+    const double x = 24 + static_cast<double>(i % 16), y = 40 - static_cast<double>(row) - 1;
     EXPECT_NEAR(straight.pixels[i] >> 24, 255 * std::clamp(x + 1 - 32.3, 0.0, 1.0), 0.012 * 255 + 1) << i;
     double share = 0;  // the edge is a line: the mean of what is covered at many heights
     for (int k = 0; k < 1000; ++k) share += std::clamp(x + 1 - (48.3 - (y + (k + 0.5) / 1000) / 2), 0.0, 1.0) / 1000;

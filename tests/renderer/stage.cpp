@@ -100,7 +100,7 @@ std::vector<std::string> RendererTest::validationMessages() {
 
 std::filesystem::path RendererTest::buildFile(Source& source, const BuildOptions& options) {
   static TemporaryFolder folder;
-  const std::filesystem::path path = folder.next();
+  std::filesystem::path path = folder.next();
   buildVolume(source, path, options);
   return path;
 }

@@ -183,6 +183,7 @@ class ViewMaker {
 std::vector<View> randomViews(const VolumeInfo& info, const reference::DenseVolume& dense, std::uint32_t seed) {
   ViewMaker maker(info, dense, seed);
   std::vector<View> views;
+  views.reserve(kViewCount);
   for (int i = 0; i < kViewCount; ++i) views.push_back(maker.make(i));
   return views;
 }

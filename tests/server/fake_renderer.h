@@ -33,6 +33,9 @@ class FakeVolume final : public ResidentVolume {
   explicit FakeVolume(VolumeFile file) : file_(std::move(file)) {}
   const VolumeInfo& info() const override { return file_.info(); }
   std::uint64_t deviceBytes() const override { return 1; }
+  std::vector<ResidentPart> parts() const override {
+    return {{.what = "voxels", .level = 0, .apron = false, .bytes = 1}};
+  }
   void readVoxels() const {
     std::vector<std::byte> voxels(static_cast<std::size_t>(info().levels[0].voxel_bytes));
     file_.readVoxels(0, 0, 0, info().levels[0].subblock_count, voxels);
