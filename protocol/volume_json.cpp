@@ -29,7 +29,7 @@ json levelsJson(const VolumeInfo& info) {
                       {"dims", {level.dims.x, level.dims.y, level.dims.z}},
                       {"blocks", level.block_count},
                       {"subblocks", level.subblock_count},
-                      {"stored_bytes", level.voxel_bytes}});
+                      {"stored_bytes", level.voxel_bytes * info.channels.size()}});
   }
   return levels;
 }
@@ -48,47 +48,62 @@ json defaultViewJson(const VolumeInfo& info) {
 
 std::uint64_t storedBytes(const VolumeInfo& info) {
   std::uint64_t bytes = 0;
-  for (const LevelInfo& level : info.levels) bytes += level.voxel_bytes;
+  for (const LevelInfo& level : info.levels) bytes += level.voxel_bytes * info.channels.size();
   return bytes;
+}
+
+std::uint64_t voxelCount(const VolumeInfo& info) {
+  return static_cast<std::uint64_t>(info.dims.x) * static_cast<std::uint64_t>(info.dims.y) *
+         static_cast<std::uint64_t>(info.dims.z);
+}
+
+// The values of one channel, in data units.
+json channelJson(const ChannelInfo& channel, std::uint64_t voxels) {
+  const auto data = [&](float stored) { return channel.dataFromStored(static_cast<double>(stored)); };
+  json cuts = json::array();
+  for (float cut : channel.bin_cuts) cuts.push_back(data(cut));
+  return {{"name", channel.name},
+          {"value_scale", channel.value_scale},
+          {"value_offset", channel.value_offset},
+          {"empty_threshold", data(channel.empty_threshold)},
+          {"density_range", {data(channel.density_min), data(channel.density_max)}},
+          {"histogram",
+           {{"lo", data(channel.histogram_lo)}, {"hi", data(channel.histogram_hi)}, {"counts", channel.histogram}}},
+          {"bin_cuts", std::move(cuts)},
+          {"nonempty_voxels", channel.nonempty_voxels},
+          {"nonempty_share",
+           voxels == 0 ? 0.0 : static_cast<double>(channel.nonempty_voxels) / static_cast<double>(voxels)},
+          {"nonfinite_voxels", channel.nonfinite_voxels},
+          {"largest_rounding", channel.largest_rounding}};
 }
 
 }  // namespace
 
 json volumeJson(const VolumeInfo& info, std::uint64_t file_bytes) {
-  const auto data = [&](float stored) { return info.dataFromStored(static_cast<double>(stored)); };
-  json cuts = json::array();
-  for (float cut : info.bin_cuts) cuts.push_back(data(cut));
+  json channels = json::array();
+  for (const ChannelInfo& channel : info.channels) channels.push_back(channelJson(channel, voxelCount(info)));
+  // The first channel's values are the volume's own members too: of most volumes it is the only one.
+  json object = channels[0];
   json spacing = json::array();
   for (int axis = 0; axis < 3; ++axis) spacing.push_back(glm::length(glm::dvec3(info.world_from_index[axis])));
   const WorldBox box = worldBox(info);
-  const std::uint64_t voxels = static_cast<std::uint64_t>(info.dims.x) * static_cast<std::uint64_t>(info.dims.y) *
-                               static_cast<std::uint64_t>(info.dims.z);
-  return {
-      {"name", info.source_name},
-      {"type", voxelTypeName(info.type)},
-      {"dims", {info.dims.x, info.dims.y, info.dims.z}},
-      {"spacing", std::move(spacing)},
-      {"world_from_index", transformJson(info.world_from_index)},
-      {"world_box", {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}},
-      {"unit_distance", unitDistance(info)},
-      {"value_scale", info.value_scale},
-      {"value_offset", info.value_offset},
-      {"empty_threshold", data(info.empty_threshold)},
-      {"density_range", {data(info.density_min), data(info.density_max)}},
-      {"histogram", {{"lo", data(info.histogram_lo)}, {"hi", data(info.histogram_hi)}, {"counts", info.histogram}}},
-      {"bin_cuts", std::move(cuts)},
-      {"subblock_side", info.subblock_side},
-      {"block_side", info.block_side},
-      {"levels", levelsJson(info)},
-      {"stored_bytes", storedBytes(info)},
-      {"dense_bytes", voxels * voxelBytes(info.type)},
-      {"file_bytes", file_bytes},
-      {"nonempty_voxels", info.nonempty_voxels},
-      {"nonempty_share", voxels == 0 ? 0.0 : static_cast<double>(info.nonempty_voxels) / static_cast<double>(voxels)},
-      {"nonfinite_voxels", info.nonfinite_voxels},
-      {"largest_rounding", info.largest_rounding},
-      {"source", info.source_name},
-      {"default_view", defaultViewJson(info)}};
+  object.update({{"name", info.source_name},
+                 {"type", voxelTypeName(info.type)},
+                 {"dims", {info.dims.x, info.dims.y, info.dims.z}},
+                 {"spacing", std::move(spacing)},
+                 {"world_from_index", transformJson(info.world_from_index)},
+                 {"world_box", {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}},
+                 {"unit_distance", unitDistance(info)},
+                 {"subblock_side", info.subblock_side},
+                 {"block_side", info.block_side},
+                 {"levels", levelsJson(info)},
+                 {"stored_bytes", storedBytes(info)},
+                 {"dense_bytes", voxelCount(info) * voxelBytes(info.type) * info.channels.size()},
+                 {"file_bytes", file_bytes},
+                 {"source", info.source_name},
+                 {"default_view", defaultViewJson(info)},
+                 {"channels", std::move(channels)}});
+  return object;
 }
 
 }  // namespace blockwalk

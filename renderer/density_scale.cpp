@@ -9,9 +9,11 @@
 namespace blockwalk {
 
 int densityExponent(const VolumeInfo& info) {
+  const ChannelInfo& channel = info.channels[0];
   constexpr int kUsual = 40;
   if (info.type != VoxelType::f32) return 0;
-  const float largest = std::max({std::abs(info.density_min), std::abs(info.density_max), std::abs(emptyValue(info))});
+  const float largest = std::max(
+      {std::abs(channel.density_min), std::abs(channel.density_max), std::abs(emptyValue(info.type, channel))});
   if (largest == 0) return 0;
   int exponent = 0;
   std::frexp(largest, &exponent);
@@ -37,8 +39,8 @@ StoredRange onDevice(StoredRange range, const VolumeInfo& info) {
   // The largest float stands for no bound and must keep infinity out.
   StoredRange result{.lo = onDevice(range.lo, exponent),
                      .hi = std::min(range.hi < kLargest ? onDevice(range.hi, exponent) : kLargest, kLargest)};
-  if (exponent != 0 && range.lo == std::nextafter(info.empty_threshold, kLargest)) {
-    result.lo = std::nextafter(onDevice(info.empty_threshold, exponent), kLargest);
+  if (exponent != 0 && range.lo == std::nextafter(info.channels[0].empty_threshold, kLargest)) {
+    result.lo = std::nextafter(onDevice(info.channels[0].empty_threshold, exponent), kLargest);
   }
   if (range.lo > 0) result.lo = std::max(result.lo, kLeastNormal);
   return result;

@@ -65,7 +65,9 @@ void setClipPlanes(const std::vector<ClipPlane>& planes, const glm::dmat4& level
 
 // f(A w) has the gradient A^T grad f in world space.
 void setLight(const Camera& camera, const VolumeInfo& info, const glm::dmat3& linear, gpu::FrameParams& params) {
-  const double contrast = static_cast<double>(info.density_max) - static_cast<double>(emptyValue(info));
+  const ChannelInfo& channel = info.channels[0];
+  const double contrast =
+      static_cast<double>(channel.density_max) - static_cast<double>(emptyValue(info.type, channel));
   params.light_strength =
       static_cast<float>(kFullLightShare * unitDistance(info) / std::ldexp(contrast, densityExponent(info)));
   for (int row = 0; row < 3; ++row) params.gradient_rows[row] = glm::vec3(linear[row]);

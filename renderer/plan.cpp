@@ -44,6 +44,10 @@ bool isScalar(const VolumeInfo& info) { return info.type != VoxelType::rgba8; }
 bool looksAtOpacity(const View& view) { return view.mode == Mode::blend || view.mode == Mode::first_hit; }
 
 void refuseWhatIsNotDefined(const View& view, const VolumeInfo& info) {
+  if (info.channels.size() > 1) {
+    throw ViewError("channels",
+                    fmt::format("{}: a volume of several channels cannot be drawn yet", info.channels.size()));
+  }
   if (view.classification != Classification::pre_integrated) return;
   if (view.filter != Filter::linear || view.mode != Mode::blend) {
     throw ViewError("classification", "pre-integrated: needs filter=linear and mode=blend");
@@ -119,22 +123,23 @@ std::string describe(const KernelKey& key) {
 }
 
 StoredRange visibleRange(const View& view, const VolumeInfo& info) {
+  const ChannelInfo& channel = info.channels[0];
   const bool whole_numbers = info.type != VoxelType::f32 && view.filter == Filter::nearest;
   const auto stored = [&](const DensityRange& data) {
-    const StoredRange range{.lo = floatAtLeast(info.storedFromData(data.lo)),
-                            .hi = floatAtMost(info.storedFromData(data.hi))};
+    const StoredRange range{.lo = floatAtLeast(channel.storedFromData(data.lo)),
+                            .hi = floatAtMost(channel.storedFromData(data.hi))};
     return whole_numbers ? StoredRange{.lo = std::ceil(range.lo), .hi = std::floor(range.hi)} : range;
   };
   StoredRange range = stored(view.mode == Mode::iso ? DensityRange{*view.iso, kInfinity} : *view.range);
   const float above_empty = whole_numbers
-                                ? std::floor(info.empty_threshold) + 1
-                                : std::nextafter(info.empty_threshold, std::numeric_limits<float>::infinity());
+                                ? std::floor(channel.empty_threshold) + 1
+                                : std::nextafter(channel.empty_threshold, std::numeric_limits<float>::infinity());
   // A bound that excludes nothing of level 0 excludes nothing of the coarser levels either, whose averages with empty
   // voxels may lie below level 0's smallest density.
   const bool opens_below =
-      view.mode != Mode::iso && range.lo <= info.density_min;  // an iso value is meant as it stands
+      view.mode != Mode::iso && range.lo <= channel.density_min;  // an iso value is meant as it stands
   range.lo = opens_below ? above_empty : std::max(range.lo, above_empty);
-  range.hi = range.hi >= info.density_max ? std::numeric_limits<float>::max() : range.hi;
+  range.hi = range.hi >= channel.density_max ? std::numeric_limits<float>::max() : range.hi;
   if (!isScalar(info) || !looksAtOpacity(view)) return range;
   // Where the transfer function is transparent it stays so, also between voxels and on coarser levels.
   const StoredRange support = stored(transferSupport(view));
@@ -175,6 +180,7 @@ int chooseLevel(const View& view, const VolumeInfo& info) {
 }
 
 Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe) {
+  const ChannelInfo& channel = info.channels[0];
   refuseWhatIsNotDefined(view, info);
   Plan plan;
   plan.level = view.level == kAutoLevel ? chooseLevel(view, info) : view.level;
@@ -182,12 +188,12 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   const LevelInfo& level = info.levels[static_cast<std::size_t>(plan.level)];
   plan.is_blank = plan.range.lo > plan.range.hi || level.block_count == 0;
   if (!plan.is_blank) {
-    const int low = rangeMaskBin(info.bin_cuts, plan.range.lo);
-    const int high = rangeMaskBin(info.bin_cuts, plan.range.hi);
+    const int low = rangeMaskBin(channel.bin_cuts, plan.range.lo);
+    const int high = rangeMaskBin(channel.bin_cuts, plan.range.hi);
     for (int bin = low; bin <= high; ++bin) plan.range_mask |= static_cast<std::uint8_t>(1 << bin);
   }
   plan.planes = cuttingPlanes(view, info);
-  const bool open = plan.range.lo <= info.density_min && plan.range.hi >= info.density_max;
+  const bool open = plan.range.lo <= channel.density_min && plan.range.hi >= channel.density_max;
   const Finder finder = chooseFinder(view, info, plan.level, device);
   plan.needs_grid = finder == Finder::grid;
   plan.needs_instances = finder == Finder::query;
@@ -210,7 +216,7 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
   // extinction.
   const bool table_tests = isScalar(info) && info.type != VoxelType::f32 && !linear && looksAtOpacity(view);
-  const bool density_tests = !isScalar(info) && open && info.empty_threshold == 0 && view.mode == Mode::blend;
+  const bool density_tests = !isScalar(info) && open && channel.empty_threshold == 0 && view.mode == Mode::blend;
   key.test_voxel = !blocks && !table_tests && !density_tests ? 1 : 0;
   key.clip = plan.planes.empty() ? 0 : 1;
   key.opaque_background = !colored || view.background[3] == 255 ? 1 : 0;

@@ -144,11 +144,11 @@ ResidentLevel& VulkanVolume::level(int number, bool apron) {
 std::unique_ptr<ResidentLevel> VulkanVolume::loadStored(int number) {
   const VolumeInfo& info = file_.info();
   auto level = std::make_unique<ResidentLevel>();
-  level->records = file_.readLevel(number);
+  level->records = file_.readLevel(number, 0);
   const std::vector<Block>& blocks = level->records.blocks;
   const auto read = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
     const std::uint64_t bytes = info.subblockVoxels() * voxelBytes(info.type);
-    file_.readVoxels(number, blocks[first].first_subblock, out.size() / bytes, out);
+    file_.readVoxels(number, 0, blocks[first].first_subblock, out.size() / bytes, out);
     BLOCKWALK_CHECK(blocks[end - 1].first_subblock + blocks[end - 1].subblock_count, ==,
                     blocks[first].first_subblock + out.size() / bytes);
   };
@@ -157,7 +157,7 @@ std::unique_ptr<ResidentLevel> VulkanVolume::loadStored(int number) {
 }
 
 std::unique_ptr<ResidentLevel> VulkanVolume::loadWithApron(int number) {
-  ApronLevel apron(file_, number);
+  ApronLevel apron(file_, number, 0);
   auto level = std::make_unique<ResidentLevel>();
   level->records = apron.records();
   const auto read = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {

@@ -64,12 +64,13 @@ struct Body {
 };
 
 Body bodyOf(const VolumeInfo& info) {
-  const double width = (static_cast<double>(info.histogram_hi) - info.histogram_lo) / kHistogramBins;
-  const auto at = [&](double bin) { return info.dataFromStored(info.histogram_lo + width * bin); };
-  if (info.density_min == info.density_max) return {};
-  return {.first = at(otsuBin(info.histogram) * 0.6),
-          .middle = at(otsuBin(info.histogram) + 1.0),
-          .last = at(percentileBin(info.histogram, 0.998) + 1.0)};
+  const ChannelInfo& channel = info.channels[0];
+  const double width = (static_cast<double>(channel.histogram_hi) - channel.histogram_lo) / kHistogramBins;
+  const auto at = [&](double bin) { return channel.dataFromStored(channel.histogram_lo + width * bin); };
+  if (channel.density_min == channel.density_max) return {};
+  return {.first = at(otsuBin(channel.histogram) * 0.6),
+          .middle = at(otsuBin(channel.histogram) + 1.0),
+          .last = at(percentileBin(channel.histogram, 0.998) + 1.0)};
 }
 
 // Colours evenly over the body; opacity begins at its first value, is thin in the middle and moderate at its end.
@@ -78,7 +79,7 @@ std::vector<TransferPoint> ramp(const VolumeInfo& info, std::span<const std::uin
   if (body.isFlat()) {
     // One value, a mask: thin enough to see into, whatever its size.
     const int least = std::min({info.dims.x, info.dims.y, info.dims.z});
-    return {{.value = info.dataFromStored(info.density_min),
+    return {{.value = info.channels[0].dataFromStored(info.channels[0].density_min),
              .color = colorOf(colors[colors.size() / 2]),
              .opacity = std::min(0.3, 4.0 / least)}};
   }
@@ -112,9 +113,10 @@ struct FixedPoint {
 // Points in Hounsfield units; the first is transparent.
 std::vector<TransferPoint> hounsfield(const VolumeInfo& info, std::string_view name,
                                       std::span<const FixedPoint> fixed) {
-  if (!(info.dataFromStored(info.density_max) > fixed[0].value)) {
-    throw ViewError("tf", fmt::format("{} shows what is above {} Hounsfield units; this volume's values end at {}",
-                                      name, fixed[0].value, info.dataFromStored(info.density_max)));
+  if (!(info.channels[0].dataFromStored(info.channels[0].density_max) > fixed[0].value)) {
+    throw ViewError("tf",
+                    fmt::format("{} shows what is above {} Hounsfield units; this volume's values end at {}", name,
+                                fixed[0].value, info.channels[0].dataFromStored(info.channels[0].density_max)));
   }
   std::vector<TransferPoint> points;
   for (const FixedPoint& point : fixed) {

@@ -43,7 +43,7 @@ TransferTable bakeExact(const View& view, const VolumeInfo& info, StoredRange vi
   for (std::size_t stored = 0; stored < table.entries.size(); ++stored) {
     const auto value = static_cast<float>(stored);
     if (value < visible.lo || value > visible.hi) continue;
-    table.entries[stored] = entryOf(evaluate(view, info.dataFromStored(value)), unitDistance(info));
+    table.entries[stored] = entryOf(evaluate(view, info.channels[0].dataFromStored(value)), unitDistance(info));
   }
   return table;
 }
@@ -103,12 +103,14 @@ void integrate(const View& view, double unit_distance, ValueOf value, double dev
 }  // namespace
 
 TransferTable bakeTransfer(const View& view, const VolumeInfo& info, const Plan& plan) {
+  const ChannelInfo& channel = info.channels[0];
   if (isExact(view, info)) return bakeExact(view, info, plan.range);
   // Averages and interpolations with empty voxels lie below level 0's smallest density.
   const bool mixes_empties = plan.level > 0 || view.filter == Filter::linear;
-  const double least = mixes_empties ? std::min(info.density_min, emptyValue(info)) : info.density_min;
+  const double least =
+      mixes_empties ? std::min(channel.density_min, emptyValue(info.type, channel)) : channel.density_min;
   const double lo = std::max<double>(plan.range.lo, least);
-  const double hi = std::max<double>(std::min<double>(plan.range.hi, info.density_max), lo);
+  const double hi = std::max<double>(std::min<double>(plan.range.hi, channel.density_max), lo);
   const int exponent = densityExponent(info);
   // A narrower table would have a scale that is no float; one entry more than enough for what is a float is left.
   const double least_width = std::ldexp((kTableEntries - 1) / kLargestScale, -exponent);
@@ -117,11 +119,11 @@ TransferTable bakeTransfer(const View& view, const VolumeInfo& info, const Plan&
   table.scale = static_cast<float>(std::ldexp((kTableEntries - 1) / width, -exponent));
   table.first = static_cast<float>(std::ldexp(lo, exponent));
   table.entries.reserve(kTableEntries);
-  const auto value = [&](int i) { return info.dataFromStored(lo + width * i / (kTableEntries - 1)); };
+  const auto value = [&](int i) { return channel.dataFromStored(lo + width * i / (kTableEntries - 1)); };
   for (int i = 0; i < kTableEntries; ++i)
     table.entries.push_back(entryOf(evaluate(view, value(i)), unitDistance(info)));
   if (plan.needs_integrals) {
-    integrate(view, unitDistance(info), value, std::ldexp(1 / info.value_scale, exponent), table);
+    integrate(view, unitDistance(info), value, std::ldexp(1 / channel.value_scale, exponent), table);
   }
   return table;
 }

@@ -129,11 +129,13 @@ void checkOutput(const View& view) {
 }  // namespace
 
 View resolveView(const View& view, const VolumeInfo& info) {
+  const ChannelInfo& channel = info.channels[0];
   checkNumbers(view);
   View resolved = view;
   resolveCamera(resolved, info);
   if (!resolved.range) {
-    resolved.range = DensityRange{info.dataFromStored(info.density_min), info.dataFromStored(info.density_max)};
+    resolved.range =
+        DensityRange{channel.dataFromStored(channel.density_min), channel.dataFromStored(channel.density_max)};
   }
   if (!(resolved.range->lo <= resolved.range->hi) || !std::isfinite(resolved.range->lo) ||
       !std::isfinite(resolved.range->hi)) {

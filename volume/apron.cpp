@@ -69,12 +69,12 @@ std::bitset<27> ringReach(const std::byte* voxels, int side, float threshold) {
 
 // Sets empty voxels to the empty value.
 template <typename T>
-void settleEmpties(std::vector<std::byte>& voxels, const VolumeInfo& info) {
-  const T empty = static_cast<T>(emptyValue(info));
+void settleEmpties(std::vector<std::byte>& voxels, VoxelType type, const ChannelInfo& channel) {
+  const T empty = static_cast<T>(emptyValue(type, channel));
   for (std::size_t i = 0; i < voxels.size(); i += sizeof(T)) {
     T voxel{};
     std::memcpy(&voxel, voxels.data() + i, sizeof voxel);
-    if (isEmptyDensity(densityOf(voxel), info.empty_threshold)) std::memcpy(voxels.data() + i, &empty, sizeof empty);
+    if (isEmptyDensity(densityOf(voxel), channel.empty_threshold)) std::memcpy(voxels.data() + i, &empty, sizeof empty);
   }
 }
 
@@ -93,13 +93,34 @@ void forEachStored(const Block& block, int block_side, Visit visit) {
 
 }  // namespace
 
-ApronLevel::ApronLevel(const VolumeFile& file, int level) : file_(file), level_(level), source_(file.readLevel(level)) {
+ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel)
+    : file_(file), level_(level), channel_(channel), source_(file.readLevel(level, channel)), dense_(denseBytes()) {
   for (std::size_t i = 0; i < source_.blocks.size(); ++i) {
     source_blocks_.emplace(mortonCode(glm::uvec3(source_.blocks[i].origin)), i);
   }
   findSubblocks();
-  const int side = file.info().blockVoxels() + 2;
-  dense_.resize(static_cast<std::size_t>(side) * static_cast<std::size_t>(side * side) * voxelBytes(file.info().type));
+}
+
+ApronLevel::ApronLevel(const ApronLevel& found, int channel)
+    : file_(found.file_),
+      level_(found.level_),
+      channel_(channel),
+      source_(file_.readLevel(level_, channel)),
+      source_blocks_(found.source_blocks_),
+      records_(found.records_),
+      dense_(denseBytes()) {
+  // The ranges are another channel's.
+  std::ranges::fill(records_.subblocks, Subblock{});
+  for (Block& block : records_.blocks) {
+    block.density_min = 0;
+    block.density_max = 0;
+    block.range_mask = 0;
+  }
+}
+
+std::size_t ApronLevel::denseBytes() const {
+  const auto side = static_cast<std::size_t>(file_.info().blockVoxels() + 2);
+  return side * side * side * voxelBytes(file_.info().type);
 }
 
 std::uint64_t ApronLevel::subblockVoxels() const {
@@ -126,12 +147,21 @@ void ApronLevel::findSubblocks() {
   const std::size_t subblock_bytes = info.subblockVoxels() * voxelBytes(info.type);
   for (std::size_t i = 0; i < source_.blocks.size(); ++i) {
     const Block& block = source_.blocks[i];
-    const std::byte* voxels = stored(i).data();
+    // What any of the channels reaches; each is looked at alone, so that one is in memory at a time.
+    std::vector<std::bitset<27>> reaches(block.subblock_count);
+    for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+      const std::byte* voxels = stored(i, static_cast<int>(channel)).data();
+      for (std::bitset<27>& reach : reaches) {
+        withVoxelType(info.type, [&](auto voxel) {
+          reach |= ringReach<decltype(voxel)>(voxels, side, info.channels[channel].empty_threshold);
+        });
+        voxels += subblock_bytes;
+      }
+    }
+    auto next = reaches.begin();
     forEachStored(block, info.block_side, [&](glm::ivec3 local) {
       const glm::ivec3 subblock = block.origin * info.block_side + local;
-      std::bitset<27> reach;
-      withVoxelType(info.type,
-                    [&](auto voxel) { reach = ringReach<decltype(voxel)>(voxels, side, info.empty_threshold); });
+      std::bitset<27> reach = *next++;
       reach.set(13);  // itself
       for (int d = 0; d < 27; ++d) {
         if (!reach.test(static_cast<std::size_t>(d))) continue;
@@ -140,7 +170,6 @@ void ApronLevel::findSubblocks() {
             glm::all(glm::greaterThanEqual(other, glm::ivec3(0))) && glm::all(glm::lessThan(other, subblock_dims));
         if (within) add(other);
       }
-      voxels += subblock_bytes;
     });
   }
   std::uint64_t subblocks = 0;
@@ -160,18 +189,20 @@ void ApronLevel::findSubblocks() {
   records_.info.voxel_bytes = subblocks * subblockBytes();
 }
 
-// The voxels of a block of the file, empties settled.
-const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
-  const auto known = cache_.find(block);
+// The voxels of one channel of a block of the file, empties settled.
+const std::vector<std::byte>& ApronLevel::stored(std::size_t block, int channel) {
+  const VolumeInfo& info = file_.info();
+  const std::size_t key = block * info.channels.size() + static_cast<std::size_t>(channel);
+  const auto known = cache_.find(key);
   if (known != cache_.end()) {
     ages_.splice(ages_.begin(), ages_, known->second.age);
     return known->second.voxels;
   }
-  const VolumeInfo& info = file_.info();
   const Block& record = source_.blocks[block];
   std::vector<std::byte> voxels(record.subblock_count * info.subblockVoxels() * voxelBytes(info.type));
-  file_.readVoxels(level_, record.first_subblock, record.subblock_count, voxels);
-  withVoxelType(info.type, [&](auto voxel) { settleEmpties<decltype(voxel)>(voxels, info); });
+  file_.readVoxels(level_, channel, record.first_subblock, record.subblock_count, voxels);
+  const ChannelInfo& values = info.channels[static_cast<std::size_t>(channel)];
+  withVoxelType(info.type, [&](auto voxel) { settleEmpties<decltype(voxel)>(voxels, info.type, values); });
   cached_bytes_ += voxels.size();
   while (cached_bytes_ > kCacheBytes && !ages_.empty()) {
     const auto oldest = cache_.find(ages_.back());
@@ -179,8 +210,8 @@ const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
     cache_.erase(oldest);
     ages_.pop_back();
   }
-  ages_.push_front(block);
-  return cache_.emplace(block, CachedBlock{.voxels = std::move(voxels), .age = ages_.begin()}).first->second.voxels;
+  ages_.push_front(key);
+  return cache_.emplace(key, CachedBlock{.voxels = std::move(voxels), .age = ages_.begin()}).first->second.voxels;
 }
 
 // Copies into dense_ what the block of the file around[...] says of the block at `origin` and its ring.
@@ -190,7 +221,7 @@ void ApronLevel::gather(glm::ivec3 origin, std::size_t source) {
   const int dense_side = info.blockVoxels() + 2;
   const std::size_t bytes = voxelBytes(info.type);
   const Block& block = source_.blocks[source];
-  const std::byte* voxels = stored(source).data();
+  const std::byte* voxels = stored(source, channel_).data();
   const glm::ivec3 shift = (block.origin - origin) * info.blockVoxels() + 1;
   forEachStored(block, info.block_side, [&](glm::ivec3 local) {
     const glm::ivec3 corner = shift + local * side;
@@ -232,9 +263,9 @@ void ApronLevel::repeatEdges(glm::ivec3 first_voxel) {
 }
 
 void ApronLevel::describeSubblock(const std::byte* voxels, Subblock& subblock) const {
-  const VolumeInfo& info = file_.info();
+  const ChannelInfo& channel = file_.info().channels[static_cast<std::size_t>(channel_)];
   const std::uint64_t count = subblockVoxels();
-  withVoxelType(info.type, [&](auto kind) {
+  withVoxelType(file_.info().type, [&](auto kind) {
     using T = decltype(kind);
     float least = std::numeric_limits<float>::infinity();
     float largest = -least;
@@ -247,10 +278,11 @@ void ApronLevel::describeSubblock(const std::byte* voxels, Subblock& subblock) c
     subblock.density_min = least;
     subblock.density_max = largest;
   });
-  // Interpolation passes through every value between the two.
   subblock.range_mask = 0;
-  for (int bin = rangeMaskBin(info.bin_cuts, subblock.density_min);
-       bin <= rangeMaskBin(info.bin_cuts, subblock.density_max); ++bin) {
+  if (subblock.density_max <= channel.empty_threshold) return;
+  // Interpolation passes through every value between the two.
+  for (int bin = rangeMaskBin(channel.bin_cuts, subblock.density_min);
+       bin <= rangeMaskBin(channel.bin_cuts, subblock.density_max); ++bin) {
     subblock.range_mask |= static_cast<std::uint8_t>(1 << bin);
   }
 }
@@ -259,7 +291,8 @@ void ApronLevel::readBlock(std::size_t index, std::span<std::byte> out) {
   const VolumeInfo& info = file_.info();
   Block& block = records_.blocks.at(index);
   BLOCKWALK_CHECK(out.size(), ==, block.subblock_count * subblockBytes());
-  withVoxelType(info.type, [&](auto kind) { fillWith(dense_, static_cast<decltype(kind)>(emptyValue(info))); });
+  const float empty = emptyValue(info.type, info.channels[static_cast<std::size_t>(channel_)]);
+  withVoxelType(info.type, [&](auto kind) { fillWith(dense_, static_cast<decltype(kind)>(empty)); });
   for (int d = 0; d < 27; ++d) {
     const glm::ivec3 around = block.origin + glm::ivec3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
     if (glm::any(glm::lessThan(around, glm::ivec3(0)))) continue;

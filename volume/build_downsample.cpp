@@ -8,8 +8,9 @@
 #include <type_traits>
 
 namespace blockwalk {
-Downsampler::Downsampler(const VolumeInfo& info)
-    : type_(info.type), side_(info.subblock_side), threshold_(info.empty_threshold), empty_value_(emptyValue(info)) {}
+
+Downsampler::Downsampler(VoxelType type, int side, const ChannelInfo& channel)
+    : type_(type), side_(side), threshold_(channel.empty_threshold), empty_value_(emptyValue(type, channel)) {}
 
 void Downsampler::clear(std::span<std::byte> coarse) const {
   std::array<std::byte, 4> value{};

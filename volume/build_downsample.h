@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One subblock of a level averaged into an octant of a subblock of the next coarser level.
+// One channel of a subblock of a level averaged into an octant of a subblock of the next coarser level.
 #pragma once
 
 #include <cstdint>
@@ -11,8 +11,8 @@ namespace blockwalk {
 
 class Downsampler {
  public:
-  // Takes type, sides, value map and threshold of `info`, which must be final.
-  explicit Downsampler(const VolumeInfo& info);
+  // Takes value map and threshold of the channel, which must be final. `side`: of a subblock, voxels.
+  Downsampler(VoxelType type, int side, const ChannelInfo& channel);
 
   // Fills a coarse subblock with what a coarse voxel is while none of its children is stored.
   void clear(std::span<std::byte> coarse) const;

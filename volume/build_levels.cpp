@@ -20,13 +20,14 @@ glm::ivec3 mortonPosition(std::uint64_t code) {
   return {gatherBits(code), gatherBits(code >> 1), gatherBits(code >> 2)};
 }
 
-// A subblock of one value; zeros outside the level.
-void fillConstant(std::span<std::byte> out, std::uint64_t slot, std::size_t voxel_bytes, glm::ivec3 extent, int side) {
+// One channel of a subblock with the same `voxel` everywhere; zeros outside the level.
+void fillConstant(std::span<std::byte> out, std::span<const std::byte> voxel, glm::ivec3 extent, int side) {
   std::ranges::fill(out, std::byte{0});
   for (int z = 0; z < extent.z; ++z) {
     for (int y = 0; y < extent.y; ++y) {
       for (int x = 0; x < extent.x; ++x) {
-        std::memcpy(out.data() + static_cast<std::size_t>((z * side + y) * side + x) * voxel_bytes, &slot, voxel_bytes);
+        std::memcpy(out.data() + static_cast<std::size_t>((z * side + y) * side + x) * voxel.size(), voxel.data(),
+                    voxel.size());
       }
     }
   }
@@ -43,20 +44,35 @@ void clearOutside(std::span<std::byte> subblock, std::size_t voxel_bytes, glm::i
   }
 }
 
+// Adds a stored subblock to its block's range.
+void include(Block& block, const Subblock& subblock) {
+  if (subblock.range_mask == 0) return;
+  const bool first = block.range_mask == 0;
+  block.density_min = first ? subblock.density_min : std::min(block.density_min, subblock.density_min);
+  block.density_max = first ? subblock.density_max : std::max(block.density_max, subblock.density_max);
+  block.range_mask |= subblock.range_mask;
+}
+
 }  // namespace
 
 LevelBuilder::LevelBuilder(VolumeInfo& info, TempBytes& spill, const BuildBudget& budget,
                            const std::filesystem::path& folder)
     : info_(info),
       spill_(spill),
-      summary_(info),
-      downsampler_(info),
-      subblock_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)) {
+      channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)),
+      subblock_bytes_(channel_bytes_ * info.channels.size()) {
+  for (const ChannelInfo& channel : info.channels) {
+    summaries_.emplace_back(info.type, info.subblock_side, channel);
+    downsamplers_.emplace_back(info.type, info.subblock_side, channel);
+  }
   const int count = levelCount(info.dims, info.blockVoxels());
+  const auto stream = [&] { return TempBytes(folder, budget.stream_bytes / info.channels.size()); };
   for (int i = 0; i < count; ++i) {
-    const auto stream = [&] { return TempBytes(folder, budget.stream_bytes); };
-    levels_.push_back({.info = {}, .blocks = stream(), .subblocks = stream(), .content = stream()});
+    levels_.push_back({.info = {}, .slots = stream(), .channels = {}});
     levels_.back().info.dims = levelDims(info.dims, i);
+    for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+      levels_.back().channels.push_back({.blocks = stream(), .subblocks = stream(), .voxels = stream()});
+    }
   }
   pending_.resize(levels_.size());
 }
@@ -66,33 +82,49 @@ glm::ivec3 LevelBuilder::localPosition(int local) const {
           local / info_.block_side / info_.block_side};
 }
 
+bool LevelBuilder::summarise(std::size_t level, const Candidate& candidate, glm::ivec3 extent, Subblocks& subblocks) {
+  bool any = false;
+  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    const std::span<const std::byte> voxels = channelOf(candidate.voxels, channel);
+    subblocks[channel] = level == 0 ? summaries_[channel].summariseAndCount(voxels, extent, info_.channels[channel])
+                                    : summaries_[channel].summarise(voxels, extent);
+    any = any || subblocks[channel].range_mask != 0;
+  }
+  return any;
+}
+
 void LevelBuilder::push(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates) {
   BuiltLevel& built = levels_[level];
-  Block block;
-  block.origin = origin;
+  Block shape;  // what the block is in every channel
+  shape.origin = origin;
+  std::array<Block, kMaxChannels> ranges;
+  Subblocks subblocks;
   for (const Candidate& candidate : candidates) {
     const glm::ivec3 position = origin * info_.block_side + localPosition(candidate.local);
     const glm::ivec3 extent = insideExtent(position * info_.subblock_side, built.info.dims, info_.subblock_side);
-    const Subblock subblock = level == 0 ? summary_.summariseAndCount(candidate.voxels, extent, info_)
-                                         : summary_.summarise(candidate.voxels, extent);
-    if (subblock.range_mask == 0) continue;
-    const bool first = block.subblock_count == 0;
-    block.density_min = first ? subblock.density_min : std::min(block.density_min, subblock.density_min);
-    block.density_max = first ? subblock.density_max : std::max(block.density_max, subblock.density_max);
-    block.range_mask |= subblock.range_mask;
-    block.occupancy[candidate.local / 64] |= std::uint64_t{1} << (candidate.local % 64);
-    ++block.subblock_count;
-    record_.clear();
-    appendSubblockRecord(record_, info_, subblock);
-    built.subblocks.append(record_);
+    if (!summarise(level, candidate, extent, subblocks)) continue;
+    shape.occupancy[candidate.local / 64] |= std::uint64_t{1} << (candidate.local % 64);
+    ++shape.subblock_count;
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      include(ranges[channel], subblocks[channel]);
+      record_.clear();
+      appendSubblockRecord(record_, info_, subblocks[channel]);
+      built.channels[channel].subblocks.append(record_);
+    }
     appendContent(level, candidate);
     if (level + 1 < levels_.size()) averageInto(level + 1, position, extent, candidate.voxels);
   }
-  if (block.subblock_count == 0) return;
-  record_.clear();
-  appendBlockRecord(record_, info_, block);
-  built.blocks.append(record_);
-  built.info.subblock_count += block.subblock_count;
+  if (shape.subblock_count == 0) return;
+  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    Block block = shape;
+    include(block, {.density_min = ranges[channel].density_min,
+                    .density_max = ranges[channel].density_max,
+                    .range_mask = ranges[channel].range_mask});
+    record_.clear();
+    appendBlockRecord(record_, info_, block);
+    built.channels[channel].blocks.append(record_);
+  }
+  built.info.subblock_count += shape.subblock_count;
   if (++built.info.block_count == kNoBlock) {
     failData("{}: level {} has more than {} blocks; take a larger block or subblock side", info_.source_name, level,
              kNoBlock - 1);
@@ -101,7 +133,9 @@ void LevelBuilder::push(std::size_t level, glm::ivec3 origin, std::span<const Ca
 
 void LevelBuilder::appendContent(std::size_t level, const Candidate& candidate) {
   if (level > 0) {
-    levels_[level].content.append(candidate.voxels);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      levels_[level].channels[channel].voxels.append(channelOf(candidate.voxels, channel));
+    }
     return;
   }
   std::uint64_t slot = candidate.slot;
@@ -109,7 +143,7 @@ void LevelBuilder::appendContent(std::size_t level, const Candidate& candidate) 
     slot = spill_.size() / subblock_bytes_;
     spill_.append(candidate.voxels);
   }
-  levels_[0].content.append(std::as_bytes(std::span(&slot, 1)));
+  levels_[0].slots.append(std::as_bytes(std::span(&slot, 1)));
 }
 
 void LevelBuilder::averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent,
@@ -125,9 +159,12 @@ void LevelBuilder::averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec
   const auto per_block = static_cast<std::size_t>(info_.block_side * info_.block_side * info_.block_side);
   pending.voxels.resize(per_block * subblock_bytes_);
   const std::span<std::byte> target = std::span(pending.voxels).subspan(local * subblock_bytes_, subblock_bytes_);
-  if (!pending.touched[local]) downsampler_.clear(target);
+  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    const std::span<std::byte> part = channelOf(target, channel);
+    if (!pending.touched[local]) downsamplers_[channel].clear(part);
+    downsamplers_[channel].average(channelOf(voxels, channel), extent, part, subblock - coarse * 2);
+  }
   pending.touched[local] = true;
-  downsampler_.average(voxels, extent, target, subblock - coarse * 2);
 }
 
 void LevelBuilder::finishPending(std::size_t level) {
@@ -140,7 +177,9 @@ void LevelBuilder::finishPending(std::size_t level) {
     const glm::ivec3 position = pending.origin * info_.block_side + localPosition(static_cast<int>(local));
     const glm::ivec3 extent =
         insideExtent(position * info_.subblock_side, levels_[level].info.dims, info_.subblock_side);
-    clearOutside(voxels, voxelBytes(info_.type), extent, info_.subblock_side);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      clearOutside(channelOf(voxels, channel), voxelBytes(info_.type), extent, info_.subblock_side);
+    }
     candidates.push_back({.local = static_cast<std::uint8_t>(local), .slot = 0, .voxels = voxels});
   }
   push(level, pending.origin, candidates);
@@ -152,58 +191,96 @@ std::vector<BuiltLevel> LevelBuilder::finish() {
   for (std::size_t level = 1; level < levels_.size(); ++level) finishPending(level);
   info_.levels.clear();
   for (BuiltLevel& built : levels_) {
-    built.info.voxel_bytes = built.info.subblock_count * subblock_bytes_;
+    built.info.voxel_bytes = built.info.subblock_count * channel_bytes_;
     info_.levels.push_back(built.info);
   }
   return std::move(levels_);
 }
 
-void loadSlots(const TempBytes& spill, std::span<const std::uint64_t> slots, std::span<std::byte> out) {
-  if (slots.empty()) return;
-  const std::size_t bytes = out.size() / slots.size();
+void loadSlots(const TempBytes& spill, std::span<const std::uint64_t> slots, const SlotPart& part,
+               std::span<std::byte> out) {
+  BLOCKWALK_CHECK(out.size(), ==, slots.size() * part.bytes);
+  const bool whole = part.bytes == part.slot_bytes;
   for (std::size_t begin = 0; begin < slots.size();) {
     std::size_t end = begin + 1;
-    while (end < slots.size() && slots[end] == slots[end - 1] + 1) ++end;
-    spill.read(slots[begin] * bytes, out.subspan(begin * bytes, (end - begin) * bytes));
+    while (whole && end < slots.size() && slots[end] == slots[end - 1] + 1) ++end;
+    spill.read(slots[begin] * part.slot_bytes + part.offset,
+               out.subspan(begin * part.bytes, (end - begin) * part.bytes));
     begin = end;
   }
 }
 
+namespace {
+
+// The voxels of one block's candidates, in memory until the next block.
+class CandidateLoader {
+ public:
+  CandidateLoader(const Scan& scan, const VolumeInfo& info)
+      : scan_(scan),
+        info_(info),
+        channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)),
+        subblock_bytes_(channel_bytes_ * info.channels.size()),
+        constant_(voxelBytes(info.type) * info.channels.size()) {}
+
+  // Sets `voxels` of every candidate of the block at `origin`.
+  void load(glm::ivec3 origin, std::span<LevelBuilder::Candidate> candidates) {
+    slots_.clear();
+    for (const LevelBuilder::Candidate& candidate : candidates) {
+      if ((candidate.slot & kConstantSlot) == 0) slots_.push_back(candidate.slot);
+    }
+    loaded_.resize(slots_.size() * subblock_bytes_);
+    filled_.resize((candidates.size() - slots_.size()) * subblock_bytes_);
+    loadSlots(scan_.spill, slots_, {.slot_bytes = subblock_bytes_, .offset = 0, .bytes = subblock_bytes_}, loaded_);
+    std::size_t next_loaded = 0;
+    std::size_t next_filled = 0;
+    for (LevelBuilder::Candidate& candidate : candidates) {
+      if ((candidate.slot & kConstantSlot) == 0) {
+        candidate.voxels = std::span(loaded_).subspan(next_loaded++ * subblock_bytes_, subblock_bytes_);
+        continue;
+      }
+      const std::span<std::byte> out = std::span(filled_).subspan(next_filled++ * subblock_bytes_, subblock_bytes_);
+      fill(origin, candidate, out);
+      candidate.voxels = out;
+    }
+  }
+
+ private:
+  void fill(glm::ivec3 origin, const LevelBuilder::Candidate& candidate, std::span<std::byte> out) {
+    const int local = candidate.local;
+    const int side = info_.block_side;
+    const glm::ivec3 position = origin * side + glm::ivec3(local % side, local / side % side, local / side / side);
+    const glm::ivec3 extent = insideExtent(position * info_.subblock_side, info_.dims, info_.subblock_side);
+    scan_.constants.read((candidate.slot & ~kConstantSlot) * constant_.size(), constant_);
+    const std::size_t voxel_bytes = voxelBytes(info_.type);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      fillConstant(out.subspan(channel * channel_bytes_, channel_bytes_),
+                   std::span(constant_).subspan(channel * voxel_bytes, voxel_bytes), extent, info_.subblock_side);
+    }
+  }
+
+  const Scan& scan_;
+  const VolumeInfo& info_;
+  std::size_t channel_bytes_;
+  std::size_t subblock_bytes_;
+  std::vector<std::byte> constant_;
+  std::vector<std::uint64_t> slots_;
+  std::vector<std::byte> loaded_;
+  std::vector<std::byte> filled_;
+};
+
+}  // namespace
+
 std::vector<BuiltLevel> buildLevels(Scan& scan, VolumeInfo& info, const BuildBudget& budget,
                                     const std::filesystem::path& folder, const BuildOptions& options) {
   LevelBuilder builder(info, scan.spill, budget, folder);
-  const std::size_t voxel_bytes = voxelBytes(info.type);
-  const std::size_t subblock_bytes = static_cast<std::size_t>(info.subblockVoxels()) * voxel_bytes;
+  CandidateLoader loader(scan, info);
   std::vector<LevelBuilder::Candidate> candidates;
-  std::vector<std::uint64_t> slots;  // of the candidates that have one
-  std::vector<std::byte> voxels;
-  std::vector<std::byte> loaded;
   std::uint64_t code = 0;
-
   const auto flush = [&] {
     const glm::ivec3 origin = mortonPosition(code);
-    voxels.resize(candidates.size() * subblock_bytes);
-    loaded.resize(slots.size() * subblock_bytes);
-    loadSlots(scan.spill, slots, loaded);
-    std::size_t next = 0;
-    for (std::size_t i = 0; i < candidates.size(); ++i) {
-      LevelBuilder::Candidate& candidate = candidates[i];
-      if ((candidate.slot & kConstantSlot) == 0) {
-        candidate.voxels = std::span(loaded).subspan(next++ * subblock_bytes, subblock_bytes);
-        continue;
-      }
-      const int local = candidate.local;
-      const glm::ivec3 position =
-          origin * info.block_side + glm::ivec3(local % info.block_side, local / info.block_side % info.block_side,
-                                                local / info.block_side / info.block_side);
-      const std::span<std::byte> out = std::span(voxels).subspan(i * subblock_bytes, subblock_bytes);
-      fillConstant(out, candidate.slot, voxel_bytes,
-                   insideExtent(position * info.subblock_side, info.dims, info.subblock_side), info.subblock_side);
-      candidate.voxels = out;
-    }
+    loader.load(origin, candidates);
     builder.add(origin, candidates);
     candidates.clear();
-    slots.clear();
   };
 
   SubblockRecord record;
@@ -212,7 +289,6 @@ std::vector<BuiltLevel> buildLevels(Scan& scan, VolumeInfo& info, const BuildBud
     if (!candidates.empty() && record.key >> 8 != code) flush();
     code = record.key >> 8;
     candidates.push_back({.local = static_cast<std::uint8_t>(record.key & 0xff), .slot = record.slot, .voxels = {}});
-    if ((record.slot & kConstantSlot) == 0) slots.push_back(record.slot);
     if (options.progress && (++done % 4096 == 0 || done == scan.records.count())) {
       options.progress("build levels", done, scan.records.count());
     }

@@ -20,26 +20,32 @@
 
 namespace blockwalk {
 
-// One finished level, as the file will hold it.
-struct BuiltLevel {
-  LevelInfo info;
+// One channel of a finished level, as the file will hold it.
+struct BuiltChannel {
   TempBytes blocks;     // block records
   TempBytes subblocks;  // subblock records
-  TempBytes content;    // level 0: u64 slots in the spill; coarser: the voxels
+  TempBytes voxels;     // of coarser levels
+};
+
+struct BuiltLevel {
+  LevelInfo info;
+  TempBytes slots;  // of level 0: a u64 a subblock, where the spill has its voxels
+  std::vector<BuiltChannel> channels;
 };
 
 class LevelBuilder {
  public:
-  // `info` is complete but for the levels, histogram and nonempty_voxels, which this fills. Both outlive the builder.
+  // `info` is complete but for the levels and the channels' histogram and nonempty_voxels, which this fills. Both
+  // outlive the builder.
   LevelBuilder(VolumeInfo& info, TempBytes& spill, const BuildBudget& budget, const std::filesystem::path& folder);
 
   struct Candidate {
     std::uint8_t local = 0;
-    std::uint64_t slot = 0;  // level 0
-    std::span<const std::byte> voxels;
+    std::uint64_t slot = 0;             // level 0
+    std::span<const std::byte> voxels;  // channel after channel
   };
   // The candidates of one block of level 0, in ascending order of `local`; blocks in Morton order. Those without a
-  // non-empty voxel are dropped.
+  // non-empty voxel in any channel are dropped.
   void add(glm::ivec3 origin, std::span<const Candidate> candidates) { push(0, origin, candidates); }
   // Finishes all levels and sets info.levels.
   std::vector<BuiltLevel> finish();
@@ -49,8 +55,15 @@ class LevelBuilder {
     bool any = false;
     glm::ivec3 origin{0};
     std::array<bool, kMaxBlockSide * kMaxBlockSide * kMaxBlockSide> touched{};
-    std::vector<std::byte> voxels;  // block_side^3 subblocks
+    std::vector<std::byte> voxels;  // block_side^3 subblocks, each channel after channel
   };
+  using Subblocks = std::array<Subblock, kMaxChannels>;
+  // Of every channel; false when all of them are empty.
+  bool summarise(std::size_t level, const Candidate& candidate, glm::ivec3 extent, Subblocks& subblocks);
+  template <typename Bytes>
+  Bytes channelOf(Bytes subblock, std::size_t channel) const {
+    return subblock.subspan(channel * channel_bytes_, channel_bytes_);
+  }
   void push(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates);
   void appendContent(std::size_t level, const Candidate& candidate);
   void averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent, std::span<const std::byte> voxels);
@@ -59,9 +72,10 @@ class LevelBuilder {
 
   VolumeInfo& info_;
   TempBytes& spill_;
-  SubblockSummary summary_;
-  Downsampler downsampler_;
-  std::size_t subblock_bytes_;
+  std::vector<SubblockSummary> summaries_;  // by channel
+  std::vector<Downsampler> downsamplers_;   // by channel
+  std::size_t channel_bytes_;               // of a subblock in one channel
+  std::size_t subblock_bytes_;              // in all
   std::vector<BuiltLevel> levels_;
   std::vector<Pending> pending_;  // [0] is not used
   std::vector<std::byte> record_;
@@ -71,7 +85,15 @@ class LevelBuilder {
 std::vector<BuiltLevel> buildLevels(Scan& scan, VolumeInfo& info, const BuildBudget& budget,
                                     const std::filesystem::path& folder, const BuildOptions& options);
 
-// Reads subblocks from the spill, one after the other into `out`; neighbours in the spill are read at once.
-void loadSlots(const TempBytes& spill, std::span<const std::uint64_t> slots, std::span<std::byte> out);
+// Where in a slot of the spill to read: `bytes` from `offset` on, of the `slot_bytes` that a slot has.
+struct SlotPart {
+  std::size_t slot_bytes = 0;
+  std::size_t offset = 0;
+  std::size_t bytes = 0;
+};
+
+// Reads that part of each slot, one after the other into `out`; whole slots that are neighbours are read at once.
+void loadSlots(const TempBytes& spill, std::span<const std::uint64_t> slots, const SlotPart& part,
+               std::span<std::byte> out);
 
 }  // namespace blockwalk

@@ -46,37 +46,57 @@ class StripCutter {
   StripCutter(const VolumeInfo& info, Scan& scan)
       : info_(info),
         scan_(scan),
+        thresholds_known_(scan.knowsThresholds()),
         voxel_bytes_(voxelBytes(info.type)),
-        subblock_(static_cast<std::size_t>(info.subblockVoxels()) * voxel_bytes_) {}
+        channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxel_bytes_),
+        subblock_(channel_bytes_ * info.channels.size()),
+        constant_(voxel_bytes_ * info.channels.size()) {}
 
   void cut(const Strip& strip, int y, int z) {
-    if (scan_.threshold && !anyNonEmpty(info_.type, strip.voxels, *scan_.threshold)) return;
+    if (thresholds_known_ && !anyChannel([&](std::size_t channel) { return strip.channel(channel); })) return;
     for (int x = 0; x * info_.subblock_side < strip.extent.x; ++x) {
       const glm::ivec3 extent(std::min(info_.subblock_side, strip.extent.x - x * info_.subblock_side), strip.extent.y,
                               strip.extent.z);
-      const bool constant = gather(strip, x * info_.subblock_side, extent);
+      bool constant = true;
+      for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+        constant = gather(strip, channel, x * info_.subblock_side, extent) && constant;
+      }
       store(subblockKey({x, y, z}, info_.block_side), constant);
     }
   }
 
  private:
-  // Copies the subblock that begins at `x` to subblock_, zeros outside. True when all its voxels are the same bytes.
-  bool gather(const Strip& strip, int x, glm::ivec3 extent) {
+  std::span<std::byte> subblockOf(std::size_t channel) {
+    return std::span(subblock_).subspan(channel * channel_bytes_, channel_bytes_);
+  }
+
+  // Whether some channel has a non-empty voxel in voxelsOf(channel).
+  template <typename VoxelsOf>
+  bool anyChannel(VoxelsOf voxelsOf) {
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      if (anyNonEmpty(info_.type, voxelsOf(channel), *scan_.thresholds[channel])) return true;
+    }
+    return false;
+  }
+
+  // Copies a channel of the subblock that begins at `x`, zeros outside. True when all its voxels are the same bytes.
+  bool gather(const Strip& strip, std::size_t channel, int x, glm::ivec3 extent) {
     const auto side = static_cast<std::size_t>(info_.subblock_side);
     const std::size_t row_bytes = static_cast<std::size_t>(extent.x) * voxel_bytes_;
-    if (extent != glm::ivec3(info_.subblock_side)) std::ranges::fill(subblock_, std::byte{0});
+    const std::span<std::byte> out = subblockOf(channel);
+    if (extent != glm::ivec3(info_.subblock_side)) std::ranges::fill(out, std::byte{0});
     bool constant = true;
     for (int z = 0; z < extent.z; ++z) {
       for (int y = 0; y < extent.y; ++y) {
         const auto row =
             static_cast<std::size_t>(z) * static_cast<std::size_t>(strip.extent.y) + static_cast<std::size_t>(y);
         const std::byte* from =
-            strip.voxels.data() +
+            strip.channel(channel).data() +
             (row * static_cast<std::size_t>(strip.extent.x) + static_cast<std::size_t>(x)) * voxel_bytes_;
         const auto to = (static_cast<std::size_t>(z) * side + static_cast<std::size_t>(y)) * side * voxel_bytes_;
-        std::memcpy(subblock_.data() + to, from, row_bytes);
+        std::memcpy(out.data() + to, from, row_bytes);
         // A row repeats its first voxel when it equals itself shifted by one voxel.
-        constant = constant && std::memcmp(from, subblock_.data(), voxel_bytes_) == 0 &&
+        constant = constant && std::memcmp(from, out.data(), voxel_bytes_) == 0 &&
                    std::memcmp(from, from + voxel_bytes_, row_bytes - voxel_bytes_) == 0;
       }
     }
@@ -85,21 +105,34 @@ class StripCutter {
 
   void store(std::uint64_t key, bool constant) {
     // Padding is 0 and may count as non-empty below a negative threshold; the next pass looks again.
-    if (scan_.threshold && !anyNonEmpty(info_.type, subblock_, *scan_.threshold)) return;
-    if (constant && !scan_.threshold) {
-      std::uint32_t value = 0;
-      std::memcpy(&value, subblock_.data(), voxel_bytes_);
-      scan_.records.add({.key = key, .slot = kConstantSlot | value});
+    if (thresholds_known_ && !anyChannel([&](std::size_t channel) { return subblockOf(channel); })) return;
+    if (constant && !thresholds_known_) {
+      scan_.records.add({.key = key, .slot = kConstantSlot | constantIndex()});
       return;
     }
     scan_.records.add({.key = key, .slot = scan_.spill.size() / subblock_.size()});
     scan_.spill.append(subblock_);
   }
 
+  // Where the constants hold the first voxel of each channel; a value that comes again and again is held once.
+  std::uint64_t constantIndex() {
+    bool repeats = scan_.constants.size() > 0;
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      std::byte* last = constant_.data() + channel * voxel_bytes_;
+      repeats = repeats && std::memcmp(last, subblockOf(channel).data(), voxel_bytes_) == 0;
+      std::memcpy(last, subblockOf(channel).data(), voxel_bytes_);
+    }
+    if (!repeats) scan_.constants.append(constant_);
+    return scan_.constants.size() / constant_.size() - 1;
+  }
+
   const VolumeInfo& info_;
   Scan& scan_;
+  bool thresholds_known_;
   std::size_t voxel_bytes_;
-  std::vector<std::byte> subblock_;
+  std::size_t channel_bytes_;        // of a subblock in one channel
+  std::vector<std::byte> subblock_;  // channel after channel
+  std::vector<std::byte> constant_;  // the newest of the constants
 };
 
 }  // namespace
@@ -117,12 +150,17 @@ std::uint64_t subblockKey(glm::ivec3 subblock, int block_side) {
 
 Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
                 const std::filesystem::path& folder) {
-  const std::optional<float> threshold = thresholdBeforeReading(source.info(), options);
-  const float reference = threshold.value_or(static_cast<float>(info.storedFromData(0)) + 0.0f);
-  Scan scan{.threshold = threshold,
-            .statistics = DensityStatistics(info.type, reference),
+  Scan scan{.thresholds = {},
+            .statistics = {},
             .records = RecordSorter(folder, budget.sort_bytes),
-            .spill = TempBytes(folder, budget.stream_bytes)};
+            .spill = TempBytes(folder, budget.stream_bytes),
+            .constants = TempBytes(folder, budget.stream_bytes)};
+  for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+    const std::optional<float> threshold = thresholdBeforeReading(source.info(), channel, options);
+    const float zero = static_cast<float>(info.channels[channel].storedFromData(0)) + 0.0f;
+    scan.thresholds.push_back(threshold);
+    scan.statistics.emplace_back(info.type, threshold.value_or(zero));
+  }
   StripReader strips(source, info.subblock_side, budget.slab_bytes, folder);
   StripCutter cutter(info, scan);
   const glm::ivec3 count = strips.strips();
@@ -131,7 +169,9 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
   for (int z = 0; z < count.z; ++z) {
     for (int y = 0; y < count.y; ++y) {
       const Strip strip = strips.read(z, y);
-      scan.statistics.add(strip.voxels);
+      for (std::size_t channel = 0; channel < strip.channels; ++channel) {
+        scan.statistics[channel].add(strip.channel(channel));
+      }
       cutter.cut(strip, y, z);
       done += static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z);
       if (options.progress) options.progress("read", done, rows);

@@ -2,10 +2,11 @@
 // The first pass: rows of the source become subblocks of level 0 in a spill, one record each, and statistics.
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <filesystem>
 #include <optional>
-#include <span>
+#include <vector>
 
 #include "volume/build_budget.h"
 #include "volume/build_sort.h"
@@ -16,14 +17,20 @@ namespace blockwalk {
 
 // What a pass over the source leaves behind.
 struct Scan {
-  std::optional<float> threshold;  // where it was known before reading
-  DensityStatistics statistics;
-  RecordSorter records;  // finished
-  TempBytes spill;       // subblocks, slot after slot
+  std::vector<std::optional<float>> thresholds;  // by channel: where it was known before reading
+  std::vector<DensityStatistics> statistics;     // by channel
+  RecordSorter records;                          // finished
+  TempBytes spill;                               // subblocks, slot after slot; in a slot channel after channel
+  TempBytes constants;                           // a voxel of each channel, for records of a single value
+
+  bool knowsThresholds() const {
+    return std::ranges::all_of(thresholds, [](const auto& threshold) { return threshold.has_value(); });
+  }
 };
 
-// Reads the whole source. Subblocks without a non-empty voxel are left out as far as the threshold is known; where it
-// is not, those of a single value are records without a slot. `info` holds type, dims and sides.
+// Reads the whole source. Subblocks without a non-empty voxel in any channel are left out where all thresholds are
+// known; where one is not, those of a single value in each channel are records without a slot. `info` holds type, dims
+// and sides, and for each channel its value map.
 Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
                 const std::filesystem::path& folder);
 

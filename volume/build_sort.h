@@ -17,7 +17,7 @@ namespace blockwalk {
 // keys are the file's order.
 struct SubblockRecord {
   std::uint64_t key = 0;
-  std::uint64_t slot = 0;  // in the spill; or kConstantSlot | the bytes of the one value that every voxel has
+  std::uint64_t slot = 0;  // in the spill; or kConstantSlot | where the constants hold the value of every voxel
 };
 constexpr std::uint64_t kConstantSlot = std::uint64_t{1} << 63;
 

@@ -53,16 +53,19 @@ std::array<float, kRangeMaskBins - 1> uniformCuts(double lo, double hi) {
 
 }  // namespace
 
-std::optional<float> thresholdBeforeReading(const SourceInfo& source, const BuildOptions& options) {
-  const auto stored = [&source](double data) { return (data - source.value_offset) / source.value_scale; };
-  if (options.empty_threshold) {
-    const auto threshold = static_cast<float>(stored(*options.empty_threshold));
+std::optional<float> thresholdBeforeReading(const SourceInfo& source, std::size_t channel,
+                                            const BuildOptions& options) {
+  const SourceChannel& map = source.channels[channel];
+  const auto stored = [&map](double data) { return (data - map.value_offset) / map.value_scale; };
+  if (!options.empty_thresholds.empty()) {
+    const double wanted = options.empty_thresholds[options.empty_thresholds.size() == 1 ? 0 : channel];
+    const auto threshold = static_cast<float>(stored(wanted));
     if (!std::isfinite(threshold)) {
-      failData("{}: empty threshold {} is not a finite stored density", source.name, *options.empty_threshold);
+      failData("{}: empty threshold {} is not a finite stored density", source.name, wanted);
     }
     return threshold + 0.0f;
   }
-  if (source.type == VoxelType::f32 || source.value_offset < 0) return std::nullopt;
+  if (source.type == VoxelType::f32 || map.value_offset < 0) return std::nullopt;
   return static_cast<float>(stored(0)) + 0.0f;
 }
 
@@ -144,7 +147,7 @@ void DensityStatistics::addFloats(std::span<const std::byte> voxels) {
   close();
 }
 
-void DensityStatistics::findRange(VolumeInfo& info, std::optional<float> threshold) const {
+void DensityStatistics::findRange(ChannelInfo& channel, std::optional<float> threshold) const {
   float least = least_;
   float greatest = greatest_;
   if (type_ != VoxelType::f32) {
@@ -156,16 +159,16 @@ void DensityStatistics::findRange(VolumeInfo& info, std::optional<float> thresho
   }
   // No voxel negative: 0 data units is the reference. All voxels may be NaN: then anything is right.
   const bool negative = least < reference_;
-  info.empty_threshold = threshold ? *threshold : negative ? least : reference_;
-  if (!(greatest > info.empty_threshold)) return;  // all empty: density_min and density_max stay 0
-  info.density_max = greatest;
+  channel.empty_threshold = threshold ? *threshold : negative ? least : reference_;
+  if (!(greatest > channel.empty_threshold)) return;  // all empty: density_min and density_max stay 0
+  channel.density_max = greatest;
   if (type_ == VoxelType::f32) {
-    info.density_min = info.empty_threshold == reference_ ? above_reference_ : second_;
+    channel.density_min = channel.empty_threshold == reference_ ? above_reference_ : second_;
     return;
   }
   for (std::size_t key = 0; key < counts_.size(); ++key) {
-    if (counts_[key] > 0 && static_cast<float>(key) > info.empty_threshold) {
-      info.density_min = static_cast<float>(key);
+    if (counts_[key] > 0 && static_cast<float>(key) > channel.empty_threshold) {
+      channel.density_min = static_cast<float>(key);
       return;
     }
   }
@@ -203,16 +206,16 @@ std::array<float, kRangeMaskBins - 1> DensityStatistics::quantileCuts(float thre
   return cuts;
 }
 
-void DensityStatistics::describe(VolumeInfo& info, std::optional<float> threshold, MaskBins bins) const {
-  findRange(info, threshold);
-  info.nonfinite_voxels = nonfinite_;
+void DensityStatistics::describe(ChannelInfo& channel, std::optional<float> threshold, MaskBins bins) const {
+  findRange(channel, threshold);
+  channel.nonfinite_voxels = nonfinite_;
   const bool eight_bits = type_ == VoxelType::u8 || type_ == VoxelType::rgba8;
-  info.histogram_lo = eight_bits ? 0 : info.density_min;
-  info.histogram_hi = eight_bits ? 255 : info.density_max;
+  channel.histogram_lo = eight_bits ? 0 : channel.density_min;
+  channel.histogram_hi = eight_bits ? 255 : channel.density_max;
   const bool uniform = bins == MaskBins::uniform || (bins == MaskBins::automatic && eight_bits);
   // The density domain of 8 bits is 0..256, so that the cuts are 32, 64, ... (Derin et al. 2021, 2.3).
-  info.bin_cuts = uniform ? uniformCuts(info.histogram_lo, eight_bits ? 256 : info.density_max)
-                          : quantileCuts(info.empty_threshold, info.density_max);
+  channel.bin_cuts = uniform ? uniformCuts(channel.histogram_lo, eight_bits ? 256 : channel.density_max)
+                             : quantileCuts(channel.empty_threshold, channel.density_max);
 }
 
 }  // namespace blockwalk

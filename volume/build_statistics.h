@@ -2,6 +2,7 @@
 // What the first pass learns of the densities, and what follows from it: the empty threshold, the range, the mask bins.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -12,10 +13,11 @@
 
 namespace blockwalk {
 
-// The empty threshold in stored units where the options or the type decide it before any voxel is read: stated by the
-// options, or 0 data units because the stored type has no negative values.
-std::optional<float> thresholdBeforeReading(const SourceInfo& source, const BuildOptions& options);
+// A channel's empty threshold in stored units where the options or the type decide it before any voxel is read: stated
+// by the options, or 0 data units because the stored type has no negative values.
+std::optional<float> thresholdBeforeReading(const SourceInfo& source, std::size_t channel, const BuildOptions& options);
 
+// Of one channel.
 class DensityStatistics {
  public:
   // `reference`: the threshold that is known, else the stored value of 0 data units.
@@ -25,11 +27,11 @@ class DensityStatistics {
   std::uint64_t nonfiniteVoxels() const { return nonfinite_; }
 
   // Fills empty_threshold, density_min, density_max, bin_cuts, histogram_lo, histogram_hi, nonfinite_voxels.
-  void describe(VolumeInfo& info, std::optional<float> threshold, MaskBins bins) const;
+  void describe(ChannelInfo& channel, std::optional<float> threshold, MaskBins bins) const;
 
  private:
   void addFloats(std::span<const std::byte> voxels);
-  void findRange(VolumeInfo& info, std::optional<float> threshold) const;
+  void findRange(ChannelInfo& channel, std::optional<float> threshold) const;
   std::array<float, kRangeMaskBins - 1> quantileCuts(float threshold, float density_max) const;
 
   VoxelType type_;

@@ -13,10 +13,15 @@
 
 namespace blockwalk {
 
-// The voxels of a strip that lie inside the volume: [z][y][x], x fastest.
+// The voxels of a strip that lie inside the volume: [channel][z][y][x], x fastest.
 struct Strip {
   glm::ivec3 extent{0};  // voxels
+  std::size_t channels = 1;
   std::span<const std::byte> voxels;
+
+  std::span<const std::byte> channel(std::size_t index) const {
+    return voxels.subspan(index * (voxels.size() / channels), voxels.size() / channels);
+  }
 };
 
 class StripReader {
@@ -31,12 +36,16 @@ class StripReader {
 
  private:
   void collectSlab(int z);
+  void readDirect(int z, int y, int rows, std::size_t slice, std::size_t slices);
+  void readSlab(int y, int rows, std::size_t slice, std::size_t slices);
 
   Source& source_;
   glm::ivec3 dims_;
+  std::size_t channels_;
   int side_;
-  std::uint64_t row_bytes_;
-  bool direct_ = false;  // strips come straight from the source
+  std::uint64_t row_bytes_;  // of one channel
+  int group_rows_;           // asked of the source at once for a slab, whole strips
+  bool direct_ = false;      // strips come straight from the source
   TempBytes slab_;
   std::vector<std::byte> rows_;
   std::vector<std::byte> strip_;

@@ -7,13 +7,13 @@
 
 namespace blockwalk {
 
-SubblockSummary::SubblockSummary(const VolumeInfo& info)
-    : type_(info.type),
-      side_(info.subblock_side),
-      threshold_(info.empty_threshold),
-      cuts_(info.bin_cuts),
-      histogram_lo_(info.histogram_lo) {
-  const double width = static_cast<double>(info.histogram_hi) - histogram_lo_;
+SubblockSummary::SubblockSummary(VoxelType type, int side, const ChannelInfo& channel)
+    : type_(type),
+      side_(side),
+      threshold_(channel.empty_threshold),
+      cuts_(channel.bin_cuts),
+      histogram_lo_(channel.histogram_lo) {
+  const double width = static_cast<double>(channel.histogram_hi) - histogram_lo_;
   bins_per_unit_ = width > 0 ? kHistogramBins / width : 0;
   if (type_ == VoxelType::f32) return;
   const std::size_t values = type_ == VoxelType::u16 ? 65536 : 256;
@@ -35,7 +35,7 @@ std::uint8_t SubblockSummary::histogramBinOf(float density) const {
 }
 
 template <typename T, std::size_t channels, bool counting>
-Subblock SubblockSummary::scan(std::span<const std::byte> voxels, glm::ivec3 extent, VolumeInfo* totals) const {
+Subblock SubblockSummary::scan(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo* totals) const {
   Subblock result;
   T least{};
   T greatest{};
@@ -75,7 +75,7 @@ Subblock SubblockSummary::scan(std::span<const std::byte> voxels, glm::ivec3 ext
 }
 
 template <bool counting>
-Subblock SubblockSummary::scanType(std::span<const std::byte> voxels, glm::ivec3 extent, VolumeInfo* totals) const {
+Subblock SubblockSummary::scanType(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo* totals) const {
   switch (type_) {
     case VoxelType::u8:
       return scan<std::uint8_t, 1, counting>(voxels, extent, totals);
@@ -94,7 +94,7 @@ Subblock SubblockSummary::summarise(std::span<const std::byte> voxels, glm::ivec
 }
 
 Subblock SubblockSummary::summariseAndCount(std::span<const std::byte> voxels, glm::ivec3 extent,
-                                            VolumeInfo& totals) const {
+                                            ChannelInfo& totals) const {
   return scanType<true>(voxels, extent, &totals);
 }
 

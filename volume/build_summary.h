@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a record says of a subblock's voxels.
+// What a record says of a subblock's voxels in one channel.
 #pragma once
 
 #include <array>
@@ -13,19 +13,19 @@ namespace blockwalk {
 
 class SubblockSummary {
  public:
-  // Takes type, sides, threshold, cuts and histogram bounds of `info`, which must be final.
-  explicit SubblockSummary(const VolumeInfo& info);
+  // Takes threshold, cuts and histogram bounds of the channel, which must be final. `side`: of a subblock, voxels.
+  SubblockSummary(VoxelType type, int side, const ChannelInfo& channel);
 
   // Minimum, maximum and mask over the non-empty voxels inside `extent`; the mask is 0 when there are none.
   Subblock summarise(std::span<const std::byte> voxels, glm::ivec3 extent) const;
   // The same, and adds those voxels to the histogram.
-  Subblock summariseAndCount(std::span<const std::byte> voxels, glm::ivec3 extent, VolumeInfo& totals) const;
+  Subblock summariseAndCount(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo& totals) const;
 
  private:
   template <typename T, std::size_t channels, bool counting>
-  Subblock scan(std::span<const std::byte> voxels, glm::ivec3 extent, VolumeInfo* totals) const;
+  Subblock scan(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo* totals) const;
   template <bool counting>
-  Subblock scanType(std::span<const std::byte> voxels, glm::ivec3 extent, VolumeInfo* totals) const;
+  Subblock scanType(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo* totals) const;
   std::uint8_t maskOf(float density) const;
   std::uint8_t histogramBinOf(float density) const;
 

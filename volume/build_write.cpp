@@ -36,36 +36,31 @@ class VolumeWriter {
         path_(path),
         layout_(layOutFile(info)),
         file_(path, layout_.file_bytes),
-        part_(kChunkBytes) {
-    for (const LevelInfo& level : info.levels) subblocks_ += level.subblock_count;
+        part_(kChunkBytes),
+        channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)) {
+    for (const LevelInfo& level : info.levels) subblocks_ += level.subblock_count * info.channels.size();
   }
 
   void writeLevel(std::size_t index, const BuiltLevel& level, const TempBytes& spill) {
-    LevelEntry& entry = layout_.levels[index];
-    copyRecords(level.blocks, entry.blocks);
-    copyRecords(level.subblocks, entry.subblocks);
-    std::vector<std::uint64_t> sums;
-    std::vector<std::uint64_t> slots;
-    const std::uint64_t subblock_bytes = info_.subblockVoxels() * voxelBytes(info_.type);  // divides a chunk
-    for (std::uint64_t at = 0; at < entry.voxels.bytes; at += kChunkBytes) {
-      const auto bytes = std::min<std::uint64_t>(kChunkBytes, entry.voxels.bytes - at);
-      const std::span<std::byte> chunk = std::span(part_).first(static_cast<std::size_t>(bytes));
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      LevelEntry& entry = layout_.entry(index, channel);
+      copyRecords(level.channels[channel].blocks, entry.blocks);
+      copyRecords(level.channels[channel].subblocks, entry.subblocks);
       if (index > 0) {
-        level.content.read(at, chunk);
-      } else {
-        slots.resize(static_cast<std::size_t>(bytes / subblock_bytes));
-        level.content.read(at / subblock_bytes * sizeof(std::uint64_t), std::as_writable_bytes(std::span(slots)));
-        loadSlots(spill, slots, chunk);
+        const TempBytes& voxels = level.channels[channel].voxels;
+        writeVoxels(entry, [&](std::uint64_t at, std::span<std::byte> chunk) { voxels.read(at, chunk); });
+        continue;
       }
-      sums.push_back(checksumOf(chunk));
-      file_.write(entry.voxels.offset + at, chunk);
-      written_ += bytes / subblock_bytes;
-      if (options_.progress) options_.progress("write", written_, subblocks_);
+      const SlotPart part{.slot_bytes = channel_bytes_ * info_.channels.size(),
+                          .offset = channel * channel_bytes_,
+                          .bytes = channel_bytes_};
+      std::vector<std::uint64_t> slots;
+      writeVoxels(entry, [&](std::uint64_t at, std::span<std::byte> chunk) {
+        slots.resize(chunk.size() / channel_bytes_);
+        level.slots.read(at / channel_bytes_ * sizeof(std::uint64_t), std::as_writable_bytes(std::span(slots)));
+        loadSlots(spill, slots, part, chunk);
+      });
     }
-    const auto sum_bytes = std::as_bytes(std::span(sums));
-    BLOCKWALK_CHECK(sum_bytes.size(), ==, entry.chunk_checksums.bytes);
-    file_.write(entry.chunk_checksums.offset, sum_bytes);
-    entry.chunk_checksums.checksum = checksumOf(sum_bytes);
   }
 
   BuildReport finish() {
@@ -74,17 +69,39 @@ class VolumeWriter {
     file_.write(0, header);
     file_.commit();
     BuildReport report{.info = info_, .file_bytes = layout_.file_bytes};
-    report.level0_voxel_bytes = layout_.levels[0].voxels.bytes;
-    for (std::size_t i = 1; i < layout_.levels.size(); ++i) {
-      const LevelEntry& entry = layout_.levels[i];
-      report.coarser_level_bytes +=
-          entry.blocks.bytes + entry.subblocks.bytes + entry.chunk_checksums.bytes + entry.voxels.bytes;
+    for (std::size_t i = 0; i < layout_.entries.size(); ++i) {
+      const LevelEntry& entry = layout_.entries[i];
+      if (i < layout_.channels) {
+        report.level0_voxel_bytes += entry.voxels.bytes;
+      } else {
+        report.coarser_level_bytes +=
+            entry.blocks.bytes + entry.subblocks.bytes + entry.chunk_checksums.bytes + entry.voxels.bytes;
+      }
     }
     report.overhead_bytes = report.file_bytes - report.level0_voxel_bytes - report.coarser_level_bytes;
     return report;
   }
 
  private:
+  // `read(at, chunk)` fills a chunk with the section's bytes from `at` on. A subblock divides a chunk.
+  template <typename Read>
+  void writeVoxels(LevelEntry& entry, Read read) {
+    std::vector<std::uint64_t> sums;
+    for (std::uint64_t at = 0; at < entry.voxels.bytes; at += kChunkBytes) {
+      const auto bytes = std::min<std::uint64_t>(kChunkBytes, entry.voxels.bytes - at);
+      const std::span<std::byte> chunk = std::span(part_).first(static_cast<std::size_t>(bytes));
+      read(at, chunk);
+      sums.push_back(checksumOf(chunk));
+      file_.write(entry.voxels.offset + at, chunk);
+      written_ += bytes / channel_bytes_;
+      if (options_.progress) options_.progress("write", written_, subblocks_);
+    }
+    const auto sum_bytes = std::as_bytes(std::span(sums));
+    BLOCKWALK_CHECK(sum_bytes.size(), ==, entry.chunk_checksums.bytes);
+    file_.write(entry.chunk_checksums.offset, sum_bytes);
+    entry.chunk_checksums.checksum = checksumOf(sum_bytes);
+  }
+
   void copyRecords(const TempBytes& records, Section& section) {
     BLOCKWALK_CHECK(records.size(), ==, section.bytes);
     RunningChecksum checksum;
@@ -104,6 +121,7 @@ class VolumeWriter {
   FileLayout layout_;
   OutputFile file_;
   std::vector<std::byte> part_;
+  std::size_t channel_bytes_;  // of a subblock in one channel
   std::uint64_t subblocks_ = 0;
   std::uint64_t written_ = 0;
 };

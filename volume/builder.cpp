@@ -19,6 +19,31 @@
 namespace blockwalk {
 namespace {
 
+void checkChannels(const SourceInfo& source) {
+  const std::size_t count = source.channels.size();
+  if (count < 1 || count > kMaxChannels || (count > 1 && source.type == VoxelType::rgba8)) {
+    failData("{}: {} channels of {}, must be 1..{}, of rgba8 1", source.name, count, voxelTypeName(source.type),
+             kMaxChannels);
+  }
+  for (const SourceChannel& channel : source.channels) {
+    if (!std::isfinite(channel.value_scale) || channel.value_scale <= 0 || !std::isfinite(channel.value_offset)) {
+      failData("{}: value map scale {} offset {}, must be finite and the scale above 0", source.name,
+               channel.value_scale, channel.value_offset);
+    }
+    if (!std::isfinite(static_cast<float>(channel.value_offset / channel.value_scale))) {
+      failData("{}: value offset {} over scale {} is beyond a float", source.name, channel.value_offset,
+               channel.value_scale);
+    }
+    if (plainText(channel.name).size() > kMaxChannelNameBytes) {
+      failData("{}: channel name '{}' has {} bytes, must be at most {}", source.name, channel.name, channel.name.size(),
+               kMaxChannelNameBytes);
+    }
+  }
+  if (count == 1 && !source.channels[0].name.empty()) {
+    failData("{}: channel name '{}': a single channel has no name", source.name, source.channels[0].name);
+  }
+}
+
 void checkSource(const SourceInfo& source) {
   for (int axis = 0; axis < 3; ++axis) {
     if (source.dims[axis] < 1 || source.dims[axis] > kMaxDim) {
@@ -26,14 +51,7 @@ void checkSource(const SourceInfo& source) {
     }
   }
   if (voxelBytes(source.type) == 0) failData("{}: unknown voxel type", source.name);
-  if (!std::isfinite(source.value_scale) || source.value_scale <= 0 || !std::isfinite(source.value_offset)) {
-    failData("{}: value map scale {} offset {}, must be finite and the scale above 0", source.name, source.value_scale,
-             source.value_offset);
-  }
-  if (!std::isfinite(static_cast<float>(source.value_offset / source.value_scale))) {
-    failData("{}: value offset {} over scale {} is beyond a float", source.name, source.value_offset,
-             source.value_scale);
-  }
+  checkChannels(source);
   for (int column = 0; column < 4; ++column) {
     for (int row = 0; row < 4; ++row) {
       if (!std::isfinite(source.world_from_index[column][row])) {
@@ -57,10 +75,11 @@ std::uint64_t fixedBytes(const VolumeInfo& info) {
   const std::uint64_t strip = static_cast<std::uint64_t>(info.dims.x) *
                               std::min(side, static_cast<std::uint64_t>(info.dims.y)) *
                               std::min(side, static_cast<std::uint64_t>(info.dims.z)) * voxelBytes(info.type);
+  const std::uint64_t channels = info.channels.size();
   const auto block_voxels = static_cast<std::uint64_t>(info.blockVoxels());
   const std::uint64_t block = block_voxels * block_voxels * block_voxels * voxelBytes(info.type);
   const auto levels = static_cast<std::uint64_t>(levelCount(info.dims, info.blockVoxels()));
-  return strip + (levels + 1) * block + (std::uint64_t{4} << 20);
+  return channels * (strip + (levels + 1) * block) + (std::uint64_t{4} << 20);
 }
 
 void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
@@ -70,8 +89,12 @@ void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
   if (options.block_side < 1 || options.block_side > kMaxBlockSide) {
     failData("block side is {}, must be 1..{}", options.block_side, kMaxBlockSide);
   }
-  if (options.empty_threshold && !std::isfinite(*options.empty_threshold)) {
-    failData("empty threshold is {}, must be finite", *options.empty_threshold);
+  const std::size_t thresholds = options.empty_thresholds.size();
+  if (thresholds > 1 && thresholds != info.channels.size()) {
+    failData("{} empty thresholds are given, must be 1 or {}, one a channel", thresholds, info.channels.size());
+  }
+  for (const double threshold : options.empty_thresholds) {
+    if (!std::isfinite(threshold)) failData("empty threshold is {}, must be finite", threshold);
   }
   if (options.memory_bytes < kLeastMemoryBytes) {
     failData("memory is {} bytes, must be at least {}", options.memory_bytes, kLeastMemoryBytes);
@@ -91,8 +114,12 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
   info.subblock_side = options.subblock_side;
   info.block_side = options.block_side;
   info.world_from_index = source.world_from_index;
-  info.value_scale = source.value_scale;
-  info.value_offset = source.value_offset;
+  info.channels.resize(source.channels.size());
+  for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+    info.channels[channel].name = plainText(source.channels[channel].name);
+    info.channels[channel].value_scale = source.channels[channel].value_scale;
+    info.channels[channel].value_offset = source.channels[channel].value_offset;
+  }
   info.source_name = plainText(source.name);
   return info;
 }
@@ -123,11 +150,14 @@ BuildReport buildVolume(Source& source, const std::filesystem::path& path, const
   const std::filesystem::path folder = folderOf(path);
 
   Scan scan = scanSource(source, info, options, budget, folder);
-  scan.statistics.describe(info, scan.threshold, options.mask_bins);
-  const ConversionReport conversion = source.conversion();
-  // A source that converts may have lost the NaN that it counted, and one that does not may not have counted.
-  info.nonfinite_voxels = std::max(info.nonfinite_voxels, conversion.nonfinite_voxels);
-  info.largest_rounding = conversion.largest_rounding;
+  for (std::size_t i = 0; i < info.channels.size(); ++i) {
+    ChannelInfo& channel = info.channels[i];
+    scan.statistics[i].describe(channel, scan.thresholds[i], options.mask_bins);
+    const ConversionReport conversion = source.conversion(i);
+    // A source that converts may have lost the NaN that it counted, and one that does not may not have counted.
+    channel.nonfinite_voxels = std::max(channel.nonfinite_voxels, conversion.nonfinite_voxels);
+    channel.largest_rounding = conversion.largest_rounding;
+  }
 
   const std::vector<BuiltLevel> levels = buildLevels(scan, info, budget, folder, options);
   return writeVolume(path, info, levels, scan.spill, options);

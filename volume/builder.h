@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
-#include <optional>
 #include <string_view>
+#include <vector>
 
 #include "volume/source.h"
 #include "volume/volume.h"
@@ -19,8 +19,9 @@ struct BuildOptions {
   int subblock_side = 8;
   int block_side = 6;
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
-  // Data units. Default: 0 when no voxel is negative, else the smallest value.
-  std::optional<double> empty_threshold = std::nullopt;
+  // Data units: one for all channels, or one for each. Without one: 0 when no voxel of the channel is negative, else
+  // its smallest value.
+  std::vector<double> empty_thresholds = {};
   // automatic: uniform (density domain / 8, Derin et al. 2021, 2.3) for rgba8 and u8, quantiles for u16 and f32.
   MaskBins mask_bins = MaskBins::automatic;
   // Step name ("read", "build levels", "write"), work done and work in all (rows, then subblocks); called often, from
@@ -31,7 +32,7 @@ struct BuildOptions {
 struct BuildReport {
   VolumeInfo info;
   std::uint64_t file_bytes = 0;
-  std::uint64_t level0_voxel_bytes = 0;
+  std::uint64_t level0_voxel_bytes = 0;   // of all channels
   std::uint64_t coarser_level_bytes = 0;  // sections of levels 1.. : records and voxels
   std::uint64_t overhead_bytes = 0;       // header, level 0's records, checksums, padding
 };
@@ -41,8 +42,9 @@ struct BuildReport {
 // disk.
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options);
 
-// Reads the source once more and compares every voxel with the file: stored ones bit for bit, the others must be empty.
-// Throws DataError naming the first voxel that differs. Returns the number of voxels compared.
+// Reads the source once more and compares every voxel of every channel with the file: stored ones bit for bit, the
+// others must be empty. Throws DataError naming the first voxel that differs. Returns the number of voxels compared,
+// each counted once.
 std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
                            const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress = {});
 

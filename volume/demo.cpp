@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "volume/demo_model.h"
 #include "volume/error.h"
@@ -15,8 +17,9 @@ namespace {
 
 using MakeModel = std::unique_ptr<DemoModel> (*)(int size);
 
-constexpr std::array<std::string_view, 6> kNames = {"fossil", "rock", "chip", "vessels", "cells", "smoke"};
-constexpr std::array<MakeModel, 6> kModels = {makeFossil, makeRock, makeChip, makeVessels, makeCells, makeSmoke};
+constexpr std::array<std::string_view, 7> kNames = {"fossil", "rock", "chip", "vessels", "cells", "smoke", "tissue"};
+constexpr std::array<MakeModel, 7> kModels = {makeFossil, makeRock,  makeChip,  makeVessels,
+                                              makeCells,  makeSmoke, makeTissue};
 
 class DemoSource final : public Source {
  public:
@@ -26,22 +29,34 @@ class DemoSource final : public Source {
     info_.type = model_->type();
     info_.dims = model_->dims();
     info_.random_access = true;
+    const std::vector<std::string> channels = model_->channels();
+    if (channels.empty()) return;
+    info_.channels.resize(channels.size());
+    for (std::size_t i = 0; i < channels.size(); ++i) info_.channels[i].name = channels[i];
   }
 
   const SourceInfo& info() const override { return info_; }
 
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
-    const std::size_t row_bytes = static_cast<std::size_t>(info_.dims.x) * voxelBytes(info_.type);
-    BLOCKWALK_CHECK(out.size(), ==, row_bytes * static_cast<std::size_t>(count));
-    std::fill(out.begin(), out.end(), std::byte{0});
+    const std::size_t row_bytes = channelRowBytes(info_);
+    const std::size_t channels = info_.channels.size();
+    const std::size_t plane = row_bytes * static_cast<std::size_t>(count);
+    BLOCKWALK_CHECK(out.size(), ==, plane * channels);
+    row_.resize(row_bytes * channels);
     for (int i = 0; i < count; ++i) {
-      model_->writeRow(y + i, z, out.subspan(static_cast<std::size_t>(i) * row_bytes, row_bytes));
+      std::ranges::fill(row_, std::byte{0});
+      model_->writeRow(y + i, z, row_);
+      for (std::size_t channel = 0; channel < channels; ++channel) {
+        std::memcpy(&out[channel * plane + static_cast<std::size_t>(i) * row_bytes], &row_[channel * row_bytes],
+                    row_bytes);
+      }
     }
   }
 
  private:
   SourceInfo info_;
   std::unique_ptr<DemoModel> model_;
+  std::vector<std::byte> row_;
 };
 
 }  // namespace

@@ -10,7 +10,7 @@
 
 namespace blockwalk {
 
-// fossil, rock, chip (rgba8); vessels (u8); cells (u16); smoke (f32)
+// fossil, rock, chip (rgba8); vessels (u8); cells (u16); smoke (f32); tissue (u16, three channels)
 std::span<const std::string_view> demoNames();
 
 // `size` is the longest axis in voxels, 1..kMaxDim. The same name and size give the same voxels on every machine.

@@ -6,6 +6,8 @@
 #include <glm/glm.hpp>
 #include <memory>
 #include <span>
+#include <string>
+#include <vector>
 
 #include "volume/voxel.h"
 
@@ -18,7 +20,9 @@ class DemoModel {
   virtual ~DemoModel() = default;
   virtual VoxelType type() const = 0;
   virtual glm::ivec3 dims() const = 0;
-  // `out` holds one row of dims().x voxels and is all zero.
+  // Names of the channels where there are several.
+  virtual std::vector<std::string> channels() const { return {}; }
+  // `out` holds one row of dims().x voxels, one after the other of each channel, and is all zero.
   virtual void writeRow(int y, int z, std::span<std::byte> out) = 0;
 };
 
@@ -28,6 +32,7 @@ std::unique_ptr<DemoModel> makeChip(int size);
 std::unique_ptr<DemoModel> makeVessels(int size);
 std::unique_ptr<DemoModel> makeCells(int size);
 std::unique_ptr<DemoModel> makeSmoke(int size);
+std::unique_ptr<DemoModel> makeTissue(int size);
 
 // Sides in proportion to `shape`, the longest `size`, none below 1.
 glm::ivec3 demoDims(int size, glm::ivec3 shape);

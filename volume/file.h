@@ -14,7 +14,7 @@ namespace blockwalk {
 // when they are asked for, its voxels are read and held against their checksums. Nothing is mapped, so that a file that
 // is truncated or changed meanwhile gives an error and no signal. Move-only owner of the descriptor.
 // Every constructor and method throws DataError that names the file, the field or offset, and the bound.
-// A level or a subblock that the file does not have is the caller's error (BLOCKWALK_CHECK).
+// A level, a channel or a subblock that the file does not have is the caller's error (BLOCKWALK_CHECK).
 // Thread-compatible: const methods may run at the same time from several threads.
 class VolumeFile {
  public:
@@ -26,14 +26,17 @@ class VolumeFile {
   const VolumeInfo& info() const;
   const std::filesystem::path& path() const;
   std::uint64_t fileBytes() const;
-  std::uint64_t levelSectionBytes(int level) const;  // records, checksums and voxels of one level, without padding
+  // Records, checksums and voxels of one channel of a level, without padding.
+  std::uint64_t levelSectionBytes(int level, int channel) const;
 
-  // Decodes and validates the records of a level; neighbours are linked.
-  Level readLevel(int level) const;
-  // Copies `count` subblocks' voxels starting at subblock `first` of the level: count * subblockVoxels() * voxelBytes
-  // bytes, subblock after subblock, x fastest inside. Verifies the checksums of the file chunks it touches before
-  // `out` gets anything of them, and that the file has not shrunk since it was opened.
-  void readVoxels(int level, std::uint64_t first, std::uint64_t count, std::span<std::byte> out) const;
+  // Decodes and validates the records of one channel of a level; neighbours are linked. Origins, occupancy and counts
+  // are the same in every channel of a level; where the channel has no non-empty voxel, a record's least, greatest and
+  // mask are 0.
+  Level readLevel(int level, int channel) const;
+  // Copies one channel of `count` subblocks starting at subblock `first` of the level: count * subblockVoxels() *
+  // voxelBytes bytes, subblock after subblock, x fastest inside. Verifies the checksums of the file chunks it touches
+  // before `out` gets anything of them, and that the file has not shrunk since it was opened.
+  void readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, std::span<std::byte> out) const;
 
  private:
   struct Opened;

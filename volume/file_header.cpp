@@ -3,11 +3,13 @@
 
 #include <xxhash.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <string_view>
 
 #include "volume/error.h"
+#include "volume/file_channel.h"
 #include "volume/source_name.h"
 
 namespace blockwalk {
@@ -21,16 +23,6 @@ std::uint64_t headerChecksum(std::span<const std::byte> header) {
   return checksumOf(copy);
 }
 
-// Throws for one field. A struct so that the checks below read as a list.
-struct FieldCheck {
-  const std::string& file;
-
-  template <typename T>
-  void operator()(bool holds, std::string_view field, std::size_t offset, const T& value,
-                  std::string_view bound) const {
-    if (!holds) failData("{}: header field {} at offset {} is {}, must be {}", file, field, offset, value, bound);
-  }
-};
 #define FIELD(name) #name, offsetof(FileHeader, name), header.name
 
 std::array<double, 12> rowsOf(const glm::dmat4& map) {
@@ -62,7 +54,21 @@ void checkShape(const FileHeader& header, const FieldCheck& check) {
   const int levels = levelCount(dims, header.subblock_side * header.block_side);
   check(header.level_count == levels, FIELD(level_count), fmt::format("{} for these dims", levels));
   check(header.source_name_bytes <= kMaxSourceNameBytes, FIELD(source_name_bytes), "at most 1024");
-  check(header.reserved == 0, FIELD(reserved), "0");
+}
+
+// Of several channels the header itself says nothing but their number.
+void checkChannelCount(const FileHeader& header, const FieldCheck& check) {
+  if (header.version == kFileVersion) {
+    check(header.channel_count == 0, FIELD(channel_count), "0 in version 1");
+    return;
+  }
+  check(header.channel_count >= 2 && header.channel_count <= kMaxChannels, FIELD(channel_count), "2..4 in version 2");
+  check(static_cast<VoxelType>(header.type) != VoxelType::rgba8, FIELD(type),
+        "2 (u8), 3 (u16) or 4 (f32) in version 2");
+  const auto* bytes = reinterpret_cast<const unsigned char*>(&header.channel);
+  for (std::size_t i = 0; i < sizeof header.channel; ++i) {
+    check(bytes[i] == 0, "channel", offsetof(FileHeader, channel) + i, bytes[i], "0 in version 2");
+  }
 }
 
 void checkMap(const FileHeader& header, const FieldCheck& check) {
@@ -75,40 +81,9 @@ void checkMap(const FileHeader& header, const FieldCheck& check) {
         offsetof(FileHeader, world_from_index), determinant, "a map with a finite determinant that is not 0");
 }
 
-void checkValues(const FileHeader& header, const FieldCheck& check) {
-  check(std::isfinite(header.value_scale) && header.value_scale > 0, FIELD(value_scale), "finite and above 0");
-  check(std::isfinite(header.value_offset), FIELD(value_offset), "finite");
-  check(std::isfinite(header.largest_rounding) && header.largest_rounding >= 0, FIELD(largest_rounding),
-        "finite and at least 0");
-  check(std::isfinite(header.empty_threshold), FIELD(empty_threshold), "finite");
-  check(std::isfinite(header.density_min), FIELD(density_min), "finite");
-  check(std::isfinite(header.density_max) && header.density_max >= header.density_min, FIELD(density_max),
-        "finite and at least density_min");
-  check(header.nonempty_voxels == 0 || header.density_min > header.empty_threshold, FIELD(density_min),
-        "above empty_threshold");
-  check(std::isfinite(header.histogram_lo), FIELD(histogram_lo), "finite");
-  check(std::isfinite(header.histogram_hi) && header.histogram_hi >= header.histogram_lo, FIELD(histogram_hi),
-        "finite and at least histogram_lo");
-  for (std::size_t i = 0; i < header.bin_cuts.size(); ++i) {
-    const float before = i == 0 ? header.bin_cuts[0] : header.bin_cuts[i - 1];
-    check(std::isfinite(header.bin_cuts[i]) && header.bin_cuts[i] >= before, "bin_cuts",
-          offsetof(FileHeader, bin_cuts) + 4 * i, header.bin_cuts[i], "finite and ascending");
-  }
-  const std::uint64_t voxels = std::uint64_t{header.dims[0]} * header.dims[1] * header.dims[2];  // at most 2^48
-  check(header.nonempty_voxels <= voxels, FIELD(nonempty_voxels), "at most the number of voxels");
-  check(header.nonfinite_voxels <= voxels, FIELD(nonfinite_voxels), "at most the number of voxels");
-  std::uint64_t left = header.nonempty_voxels;
-  for (std::size_t i = 0; i < header.histogram.size(); ++i) {
-    check(header.histogram[i] <= left, "histogram", offsetof(FileHeader, histogram) + 8 * i, header.histogram[i],
-          "such that all bins add up to nonempty_voxels");
-    left -= header.histogram[i];
-  }
-  check(left == 0, FIELD(nonempty_voxels), "the sum of the histogram");
-}
-
 // Bounds the counts by the file's length before any arithmetic that they could overflow.
-void checkCounts(const FileHeader& header, const LevelEntry& entry, int level, const FieldCheck& check) {
-  const std::size_t at = sizeof(FileHeader) + static_cast<std::size_t>(level) * sizeof(LevelEntry);
+void checkCounts(const FileHeader& header, const LevelEntry& entry, std::size_t index, const FieldCheck& check) {
+  const std::size_t at = sizeof(FileHeader) + index * sizeof(LevelEntry);
   const auto type = static_cast<VoxelType>(header.type);
   const std::uint64_t side = header.subblock_side;
   const std::uint64_t per_block = std::uint64_t{header.block_side} * header.block_side * header.block_side;
@@ -120,10 +95,28 @@ void checkCounts(const FileHeader& header, const LevelEntry& entry, int level, c
                     (entry.subblock_count + per_block - 1) / per_block <= entry.block_count;
   check(fits, "level block_count", at + offsetof(LevelEntry, block_count), entry.block_count,
         fmt::format("1..{} subblocks a block and below 2^32 - 1", per_block));
-  if (level == 0) {
-    check(header.nonempty_voxels >= entry.subblock_count &&
-              header.nonempty_voxels <= entry.subblock_count * side * side * side,
-          FIELD(nonempty_voxels), "at least one a subblock of level 0 and at most all of them");
+}
+
+// All channels of a level have the structure of its first.
+void checkSameCounts(const LevelEntry& entry, const LevelEntry& first, std::size_t index, const FieldCheck& check) {
+  const std::size_t at = sizeof(FileHeader) + index * sizeof(LevelEntry);
+  check(entry.block_count == first.block_count, "level block_count", at + offsetof(LevelEntry, block_count),
+        entry.block_count, fmt::format("channel 0's, {}", first.block_count));
+  check(entry.subblock_count == first.subblock_count, "level subblock_count", at + offsetof(LevelEntry, subblock_count),
+        entry.subblock_count, fmt::format("channel 0's, {}", first.subblock_count));
+}
+
+// Every stored subblock of level 0 has a non-empty voxel, in some channel.
+void checkNonempty(const VolumeInfo& info, std::uint64_t subblocks, std::span<const ChannelPlace> places,
+                   const FieldCheck& check) {
+  std::uint64_t all = 0;
+  for (std::size_t i = 0; i < info.channels.size(); ++i) {
+    const std::uint64_t nonempty = info.channels[i].nonempty_voxels;
+    all += nonempty;
+    const bool last = i + 1 == info.channels.size();
+    check(nonempty <= subblocks * info.subblockVoxels() && (!last || all >= subblocks),
+          places[i].name("nonempty_voxels"), places[i].offset + offsetof(ChannelFields, nonempty_voxels), nonempty,
+          "at least one a subblock of level 0 and at most all of them");
   }
 }
 
@@ -135,15 +128,15 @@ void checkSection(const Section& found, const Section& expected, std::string_vie
         fmt::format("{} for these counts", expected.bytes));
 }
 
-void checkLayout(const FileHeader& header, const std::vector<LevelEntry>& entries, const FileLayout& expected,
+void checkLayout(const FileHeader& header, const FileLayout& found, const FileLayout& expected,
                  const FieldCheck& check) {
-  for (std::size_t i = 0; i < entries.size(); ++i) {
+  for (std::size_t i = 0; i < found.entries.size(); ++i) {
     const std::size_t at = sizeof(FileHeader) + i * sizeof(LevelEntry);
-    const LevelEntry& entry = entries[i];
-    const LevelEntry& wanted = expected.levels[i];
+    const LevelEntry& entry = found.entries[i];
+    const LevelEntry& wanted = expected.entries[i];
     for (std::size_t axis = 0; axis < 3; ++axis) {
       check(entry.dims[axis] == wanted.dims[axis], "level dims", at + 4 * axis, entry.dims[axis],
-            fmt::format("{}: level 0's, halved {} times", wanted.dims[axis], i));
+            fmt::format("{}: level 0's, halved {} times", wanted.dims[axis], i / found.channels));
     }
     checkSection(entry.blocks, wanted.blocks, "block records", at + offsetof(LevelEntry, blocks), check);
     checkSection(entry.subblocks, wanted.subblocks, "subblock records", at + offsetof(LevelEntry, subblocks), check);
@@ -157,32 +150,21 @@ void checkLayout(const FileHeader& header, const std::vector<LevelEntry>& entrie
         fmt::format("{}, the end of level 0's voxels", expected.file_bytes));
 }
 
-VolumeInfo infoOf(const FileHeader& header) {
+VolumeInfo gridOf(const FileHeader& header) {
   VolumeInfo info;
   info.type = static_cast<VoxelType>(header.type);
   info.dims = {header.dims[0], header.dims[1], header.dims[2]};
   info.subblock_side = header.subblock_side;
   info.block_side = header.block_side;
   info.world_from_index = mapOf(header.world_from_index);
-  info.value_scale = header.value_scale;
-  info.value_offset = header.value_offset;
-  info.empty_threshold = header.empty_threshold;
-  info.density_min = header.density_min;
-  info.density_max = header.density_max;
-  info.bin_cuts = header.bin_cuts;
-  info.histogram_lo = header.histogram_lo;
-  info.histogram_hi = header.histogram_hi;
-  info.histogram = header.histogram;
-  info.nonempty_voxels = header.nonempty_voxels;
-  info.nonfinite_voxels = header.nonfinite_voxels;
-  info.largest_rounding = header.largest_rounding;
   return info;
 }
 
 FileHeader headerOf(const VolumeInfo& info) {
+  const bool several = info.channels.size() > 1;
   FileHeader header;
   header.magic = kFileMagic;
-  header.version = kFileVersion;
+  header.version = several ? kFileVersionOfChannels : kFileVersion;
   header.type = static_cast<std::uint8_t>(info.type);
   header.subblock_side = static_cast<std::uint8_t>(info.subblock_side);
   header.block_side = static_cast<std::uint8_t>(info.block_side);
@@ -191,19 +173,9 @@ FileHeader headerOf(const VolumeInfo& info) {
     header.dims[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(info.dims[axis]);
   }
   header.world_from_index = rowsOf(info.world_from_index);
-  header.value_scale = info.value_scale;
-  header.value_offset = info.value_offset;
-  header.largest_rounding = info.largest_rounding;
-  header.nonempty_voxels = info.nonempty_voxels;
-  header.nonfinite_voxels = info.nonfinite_voxels;
-  header.empty_threshold = info.empty_threshold;
-  header.density_min = info.density_min;
-  header.density_max = info.density_max;
-  header.histogram_lo = info.histogram_lo;
-  header.histogram_hi = info.histogram_hi;
-  header.bin_cuts = info.bin_cuts;
-  header.histogram = info.histogram;
+  if (!several) header.channel = fieldsOf(info.channels[0]);
   header.source_name_bytes = static_cast<std::uint32_t>(info.source_name.size());
+  header.channel_count = several ? static_cast<std::uint32_t>(info.channels.size()) : 0;
   return header;
 }
 
@@ -215,7 +187,8 @@ FileHeader openHeader(std::span<const std::byte> start, std::uint64_t file_bytes
   FileHeader header;
   std::memcpy(&header, start.data(), sizeof header);
   if (header.magic != kFileMagic) failData("{}: not a .bwv file: the first 8 bytes are not its signature", check.file);
-  check(header.version == kFileVersion, FIELD(version), fmt::format("{} for this program", kFileVersion));
+  check(header.version == kFileVersion || header.version == kFileVersionOfChannels, FIELD(version),
+        fmt::format("{} or {} for this program", kFileVersion, kFileVersionOfChannels));
   check(header.file_bytes == file_bytes, FIELD(file_bytes), fmt::format("the file's length, {}", file_bytes));
   check(header.header_bytes >= sizeof(FileHeader) && header.header_bytes <= kMaxHeaderBytes, FIELD(header_bytes),
         fmt::format("{}..{}", sizeof(FileHeader), kMaxHeaderBytes));
@@ -223,6 +196,51 @@ FileHeader openHeader(std::span<const std::byte> start, std::uint64_t file_bytes
   const std::uint64_t checksum = headerChecksum(start.first(header.header_bytes));
   check(checksum == header.header_checksum, FIELD(header_checksum), fmt::format("{}, the header's own", checksum));
   return header;
+}
+
+// The channels' values, and where the version keeps them; behind the level entries in version 2.
+struct DecodedChannels {
+  std::vector<ChannelInfo> channels;
+  std::vector<ChannelPlace> places;
+};
+
+DecodedChannels decodeChannels(const FileHeader& header, std::span<const std::byte> entries, std::size_t offset,
+                               const FieldCheck& check) {
+  const std::uint64_t voxels = std::uint64_t{header.dims[0]} * header.dims[1] * header.dims[2];  // at most 2^48
+  DecodedChannels decoded;
+  if (header.version == kFileVersion) {
+    decoded.places.push_back({.offset = offsetof(FileHeader, channel), .prefix = ""});
+    checkChannelFields(header.channel, decoded.places[0], voxels, check);
+    decoded.channels.push_back(channelOf(header.channel));
+    return decoded;
+  }
+  for (std::size_t i = 0; i < header.channel_count; ++i) {
+    ChannelEntry entry;
+    std::memcpy(&entry, entries.data() + i * sizeof entry, sizeof entry);
+    decoded.places.push_back({.offset = offset + i * sizeof entry, .prefix = fmt::format("channel {} ", i)});
+    checkChannelFields(entry.fields, decoded.places[i], voxels, check);
+    checkChannelName(entry, decoded.places[i], check);
+    decoded.channels.push_back(channelOf(entry.fields));
+    decoded.channels[i].name.assign(entry.name.data(), entry.name_bytes);
+  }
+  return decoded;
+}
+
+// Takes the counts of the level entries once they are bounded.
+std::vector<LevelInfo> decodeLevels(const FileHeader& header, const VolumeInfo& grid, const FileLayout& found,
+                                    const FieldCheck& check) {
+  std::vector<LevelInfo> levels;
+  for (std::size_t i = 0; i < found.entries.size(); ++i) {
+    const LevelEntry& entry = found.entries[i];
+    checkCounts(header, entry, i, check);
+    checkSameCounts(entry, found.entries[i - i % found.channels], i, check);
+    if (i % found.channels != 0) continue;
+    levels.push_back({.dims = levelDims(grid.dims, static_cast<int>(levels.size())),
+                      .block_count = entry.block_count,
+                      .subblock_count = entry.subblock_count,
+                      .voxel_bytes = entry.subblock_count * grid.subblockVoxels() * voxelBytes(grid.type)});
+  }
+  return levels;
 }
 
 }  // namespace
@@ -234,11 +252,18 @@ std::vector<std::byte> encodeHeader(const VolumeInfo& info, const FileLayout& la
   header.header_bytes = layout.header_bytes;
   header.file_bytes = layout.file_bytes;
   std::vector<std::byte> bytes(layout.header_bytes);
-  std::memcpy(bytes.data(), &header, sizeof header);
-  std::byte* at = bytes.data() + sizeof header;
-  std::memcpy(at, layout.levels.data(), layout.levels.size() * sizeof(LevelEntry));
-  at += layout.levels.size() * sizeof(LevelEntry);
-  std::memcpy(at, info.source_name.data(), info.source_name.size());
+  std::byte* at = bytes.data();
+  const auto put = [&at](const void* from, std::size_t size) {
+    std::memcpy(at, from, size);
+    at += size;
+  };
+  put(&header, sizeof header);
+  put(layout.entries.data(), layout.entries.size() * sizeof(LevelEntry));
+  for (std::size_t i = 0; layout.channels > 1 && i < layout.channels; ++i) {
+    const ChannelEntry entry = entryOf(info.channels[i]);
+    put(&entry, sizeof entry);
+  }
+  put(info.source_name.data(), info.source_name.size());
   const std::uint64_t checksum = headerChecksum(bytes);
   std::memcpy(bytes.data() + kHeaderChecksumOffset, &checksum, sizeof checksum);
   return bytes;
@@ -248,31 +273,30 @@ DecodedHeader decodeHeader(std::span<const std::byte> start, std::uint64_t file_
   const FieldCheck check{file};
   const FileHeader header = openHeader(start, file_bytes, check);
   checkShape(header, check);
+  checkChannelCount(header, check);
   checkMap(header, check);
-  checkValues(header, check);
-  const std::size_t name_at = sizeof(FileHeader) + header.level_count * sizeof(LevelEntry);
+  FileLayout found;
+  found.channels = std::max<std::size_t>(header.channel_count, 1);
+  found.entries.resize(header.level_count * found.channels);
+  const std::size_t channels_at = sizeof(FileHeader) + found.entries.size() * sizeof(LevelEntry);
+  const std::size_t name_at = channels_at + header.channel_count * sizeof(ChannelEntry);
   check(header.header_bytes == name_at + header.source_name_bytes, FIELD(header_bytes),
         "the sizes of its parts together");
+  std::memcpy(found.entries.data(), start.data() + sizeof header, found.entries.size() * sizeof(LevelEntry));
 
-  DecodedHeader decoded{.info = infoOf(header), .layout = {}};
-  std::vector<LevelEntry> entries(header.level_count);
-  std::memcpy(entries.data(), start.data() + sizeof header, entries.size() * sizeof(LevelEntry));
+  DecodedChannels channels = decodeChannels(header, start.subspan(channels_at), channels_at, check);
+  DecodedHeader decoded{.info = gridOf(header), .layout = {}};
+  decoded.info.channels = std::move(channels.channels);
   const auto* name = reinterpret_cast<const char*>(start.data() + name_at);
   decoded.info.source_name.assign(name, header.source_name_bytes);
   if (!isPlainText(decoded.info.source_name)) {
     failData("{}: source name at offset {} must be UTF-8 without control characters", file, name_at);
   }
-  for (std::size_t i = 0; i < entries.size(); ++i) {
-    checkCounts(header, entries[i], static_cast<int>(i), check);
-    LevelInfo& level = decoded.info.levels.emplace_back();
-    level.dims = levelDims(decoded.info.dims, static_cast<int>(i));
-    level.block_count = entries[i].block_count;
-    level.subblock_count = entries[i].subblock_count;
-    level.voxel_bytes = level.subblock_count * decoded.info.subblockVoxels() * voxelBytes(decoded.info.type);
-  }
+  decoded.info.levels = decodeLevels(header, decoded.info, found, check);
+  checkNonempty(decoded.info, decoded.info.levels[0].subblock_count, channels.places, check);
   decoded.layout = layOutFile(decoded.info);
-  checkLayout(header, entries, decoded.layout, check);
-  decoded.layout.levels = std::move(entries);
+  checkLayout(header, found, decoded.layout, check);
+  decoded.layout.entries = std::move(found.entries);
   return decoded;
 }
 

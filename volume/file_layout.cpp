@@ -120,23 +120,27 @@ std::array<std::uint64_t, 4> insideMask(const VolumeInfo& info, glm::ivec3 level
 FileLayout layOutFile(const VolumeInfo& info) {
   BLOCKWALK_CHECK(info.levels.empty(), ==, false);
   FileLayout layout;
-  layout.header_bytes = static_cast<std::uint32_t>(sizeof(FileHeader) + info.levels.size() * sizeof(LevelEntry) +
-                                                   info.source_name.size());
-  layout.levels.resize(info.levels.size());
+  layout.channels = info.channels.size();
+  layout.entries.resize(info.levels.size() * layout.channels);
+  const std::size_t channel_entries = layout.channels > 1 ? layout.channels * sizeof(ChannelEntry) : 0;
+  layout.header_bytes = static_cast<std::uint32_t>(sizeof(FileHeader) + layout.entries.size() * sizeof(LevelEntry) +
+                                                   channel_entries + info.source_name.size());
   std::uint64_t end = layout.header_bytes;
   for (std::size_t i = info.levels.size(); i-- > 0;) {
-    LevelEntry& entry = layout.levels[i];
     const glm::ivec3 dims = levelDims(info.dims, static_cast<int>(i));
-    for (int axis = 0; axis < 3; ++axis) {
-      entry.dims[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(dims[axis]);
+    for (std::size_t channel = 0; channel < layout.channels; ++channel) {
+      LevelEntry& entry = layout.entry(i, channel);
+      for (int axis = 0; axis < 3; ++axis) {
+        entry.dims[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(dims[axis]);
+      }
+      entry.block_count = info.levels[i].block_count;
+      entry.subblock_count = info.levels[i].subblock_count;
+      const std::uint64_t voxel_bytes = entry.subblock_count * info.subblockVoxels() * voxelBytes(info.type);
+      entry.blocks = placeSection(end, entry.block_count * blockRecordBytes(info.type, info.block_side));
+      entry.subblocks = placeSection(end, entry.subblock_count * subblockRecordBytes(info.type));
+      entry.chunk_checksums = placeSection(end, (voxel_bytes + kChunkBytes - 1) / kChunkBytes * sizeof(std::uint64_t));
+      entry.voxels = placeSection(end, voxel_bytes);
     }
-    entry.block_count = info.levels[i].block_count;
-    entry.subblock_count = info.levels[i].subblock_count;
-    const std::uint64_t voxel_bytes = entry.subblock_count * info.subblockVoxels() * voxelBytes(info.type);
-    entry.blocks = placeSection(end, entry.block_count * blockRecordBytes(info.type, info.block_side));
-    entry.subblocks = placeSection(end, entry.subblock_count * subblockRecordBytes(info.type));
-    entry.chunk_checksums = placeSection(end, (voxel_bytes + kChunkBytes - 1) / kChunkBytes * sizeof(std::uint64_t));
-    entry.voxels = placeSection(end, voxel_bytes);
   }
   layout.file_bytes = end;
   return layout;

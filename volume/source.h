@@ -8,10 +8,18 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "volume/voxel.h"
 
 namespace blockwalk {
+
+// One scalar field of a source.
+struct SourceChannel {
+  std::string name;  // for people, at most 64 bytes; empty where the source has none, and where there is one channel
+  double value_scale = 1;
+  double value_offset = 0;
+};
 
 struct SourceInfo {
   std::string name;    // for people and messages: file name without folders
@@ -19,12 +27,16 @@ struct SourceInfo {
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   glm::dmat4 world_from_index{1.0};
-  double value_scale = 1;
-  double value_offset = 0;
-  bool random_access = false;  // rows may be asked for in any order
+  std::vector<SourceChannel> channels = std::vector<SourceChannel>(1);  // 1..kMaxChannels, all of `type`
+  bool random_access = false;                                           // rows may be asked for in any order
 };
 
-// What conversion to the stored type did, up to the rows read so far.
+// Bytes of a row of voxels in one channel.
+inline std::size_t channelRowBytes(const SourceInfo& info) {
+  return static_cast<std::size_t>(info.dims.x) * voxelBytes(info.type);
+}
+
+// What conversion to the stored type did to one channel, up to the rows read so far.
 struct ConversionReport {
   std::uint64_t nonfinite_voxels = 0;
   double largest_rounding = 0;  // data units
@@ -34,10 +46,10 @@ class Source {
  public:
   virtual ~Source() = default;
   virtual const SourceInfo& info() const = 0;
-  // Rows [y, y + count) of slice z, converted: count * dims.x * voxelBytes(type) bytes, x fastest.
-  // Without random access the calls must come in ascending (z, y) without gaps. Throws DataError.
+  // Rows [y, y + count) of slice z, converted: channel after channel, of each count * channelRowBytes() bytes, x
+  // fastest. Without random access the calls must come in ascending (z, y) without gaps. Throws DataError.
   virtual void readRows(int z, int y, int count, std::span<std::byte> out) = 0;
-  virtual ConversionReport conversion() const { return {}; }
+  virtual ConversionReport conversion(std::size_t /*channel*/) const { return {}; }
 };
 
 }  // namespace blockwalk

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <optional>
@@ -37,23 +38,29 @@ class StripComparer {
   explicit StripComparer(const VolumeFile& file)
       : file_(file),
         info_(file.info()),
-        level_(file.readLevel(0)),
+        level_(file.readLevel(0, 0)),
         voxel_bytes_(voxelBytes(info_.type)),
         subblock_bytes_(static_cast<std::size_t>(info_.subblockVoxels()) * voxel_bytes_) {
+    // Their structure is channel 0's; the reader refuses any other.
+    for (std::size_t channel = 1; channel < info_.channels.size(); ++channel) {
+      file.readLevel(0, static_cast<int>(channel));
+    }
     for (const Block& block : level_.blocks) codes_.push_back(mortonCode(glm::uvec3(block.origin)));
     layers_.resize(static_cast<std::size_t>((info_.dims.x + info_.blockVoxels() - 1) / info_.blockVoxels()));
   }
 
   void compare(const Strip& strip, int y, int z) {
     if (z != layer_z_ || y / info_.block_side != layer_block_y_) loadLayer(y / info_.block_side, z);
-    for (int x = 0; x * info_.subblock_side < strip.extent.x; ++x) compareSubblock(strip, {x, y, z});
+    for (int x = 0; x * info_.subblock_side < strip.extent.x; ++x) {
+      for (std::size_t channel = 0; channel < strip.channels; ++channel) compareSubblock(strip, channel, {x, y, z});
+    }
   }
 
  private:
   struct Layer {
     const Block* block = nullptr;
     int first_rank = 0;
-    std::vector<std::byte> voxels;
+    std::array<std::vector<std::byte>, kMaxChannels> voxels;  // by channel
   };
 
   void loadLayer(int block_y, int z) {
@@ -70,24 +77,27 @@ class StripComparer {
       if (!there) continue;
       layer.first_rank = rankOf(*layer.block, z % side * side * side);
       const int count = rankOf(*layer.block, (z % side + 1) * side * side) - layer.first_rank;
-      layer.voxels.resize(static_cast<std::size_t>(count) * subblock_bytes_);
-      file_.readVoxels(0, layer.block->first_subblock + static_cast<std::uint64_t>(layer.first_rank),
-                       static_cast<std::uint64_t>(count), layer.voxels);
+      for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+        layer.voxels[channel].resize(static_cast<std::size_t>(count) * subblock_bytes_);
+        file_.readVoxels(0, static_cast<int>(channel),
+                         layer.block->first_subblock + static_cast<std::uint64_t>(layer.first_rank),
+                         static_cast<std::uint64_t>(count), layer.voxels[channel]);
+      }
     }
   }
 
-  // The stored voxels of a subblock, nullptr where it is not stored.
-  const std::byte* storedVoxels(glm::ivec3 subblock) const {
+  // The stored voxels of a subblock in one channel, nullptr where it is not stored.
+  const std::byte* storedVoxels(glm::ivec3 subblock, std::size_t channel) const {
     const int side = info_.block_side;
     const Layer& layer = layers_[static_cast<std::size_t>(subblock.x / side)];
     const int local = subblock.x % side + side * (subblock.y % side + side * (subblock.z % side));
     if (layer.block == nullptr || !isStored(*layer.block, local)) return nullptr;
     const int rank = rankOf(*layer.block, local) - layer.first_rank;
-    return layer.voxels.data() + static_cast<std::size_t>(rank) * subblock_bytes_;
+    return layer.voxels[channel].data() + static_cast<std::size_t>(rank) * subblock_bytes_;
   }
 
-  void compareSubblock(const Strip& strip, glm::ivec3 subblock) const {
-    const std::byte* stored = storedVoxels(subblock);
+  void compareSubblock(const Strip& strip, std::size_t channel, glm::ivec3 subblock) const {
+    const std::byte* stored = storedVoxels(subblock, channel);
     const int side = info_.subblock_side;
     const int x = subblock.x * side;
     const int count = std::min(side, strip.extent.x - x);
@@ -96,19 +106,21 @@ class StripComparer {
         const auto row =
             static_cast<std::size_t>(z) * static_cast<std::size_t>(strip.extent.y) + static_cast<std::size_t>(y);
         const std::size_t at = row * static_cast<std::size_t>(strip.extent.x) + static_cast<std::size_t>(x);
-        const std::byte* source = strip.voxels.data() + at * voxel_bytes_;
+        const std::byte* source = strip.channel(channel).data() + at * voxel_bytes_;
         const std::byte* own =
             stored == nullptr ? nullptr : stored + static_cast<std::size_t>((z * side + y) * side) * voxel_bytes_;
-        const int differs = own == nullptr ? firstNonEmpty(source, count) : firstDifference(source, own, count);
-        if (differs < count) fail(subblock * side + glm::ivec3(differs, y, z), own != nullptr);
+        const int differs =
+            own == nullptr ? firstNonEmpty(source, channel, count) : firstDifference(source, own, count);
+        if (differs < count) fail(subblock * side + glm::ivec3(differs, y, z), channel, own != nullptr);
       }
     }
   }
 
-  int firstNonEmpty(const std::byte* row, int count) const {
+  int firstNonEmpty(const std::byte* row, std::size_t channel, int count) const {
+    const float threshold = info_.channels[channel].empty_threshold;
     int i = 0;
-    while (i < count && isEmptyDensity(storedDensity(info_.type, row + static_cast<std::size_t>(i) * voxel_bytes_),
-                                       info_.empty_threshold)) {
+    while (i < count &&
+           isEmptyDensity(storedDensity(info_.type, row + static_cast<std::size_t>(i) * voxel_bytes_), threshold)) {
       ++i;
     }
     return i;
@@ -124,8 +136,9 @@ class StripComparer {
     return i;
   }
 
-  [[noreturn]] void fail(glm::ivec3 voxel, bool stored) const {
-    failData("{}: voxel {},{},{} {}", file_.path().string(), voxel.x, voxel.y, voxel.z,
+  [[noreturn]] void fail(glm::ivec3 voxel, std::size_t channel, bool stored) const {
+    failData("{}: voxel {},{},{}{} {}", file_.path().string(), voxel.x, voxel.y, voxel.z,
+             info_.channels.size() > 1 ? fmt::format(" of channel {}", channel) : "",
              stored ? "differs from the source" : "is not stored, but is not empty in the source");
   }
 
@@ -151,6 +164,10 @@ std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
     failData("{}: {}x{}x{} {}, but {} is {}x{}x{} {}", path.string(), info.dims.x, info.dims.y, info.dims.z,
              voxelTypeName(info.type), wanted.name, wanted.dims.x, wanted.dims.y, wanted.dims.z,
              voxelTypeName(wanted.type));
+  }
+  if (info.channels.size() != wanted.channels.size()) {
+    failData("{}: {} channels, but {} has {}", path.string(), info.channels.size(), wanted.name,
+             wanted.channels.size());
   }
   StripComparer comparer(file);
   StripReader strips(source, info.subblock_side, kSlabBytes, folderOf(path));

@@ -96,12 +96,12 @@ double unitDistance(const VolumeInfo& info) {
   return std::min({glm::length(glm::dvec3(map[0])), glm::length(glm::dvec3(map[1])), glm::length(glm::dvec3(map[2]))});
 }
 
-float emptyValue(const VolumeInfo& info) {
-  if (info.type == VoxelType::rgba8) return 0;
-  const float greatest = info.type == VoxelType::u16 ? 65535.0f : 255.0f;
-  const auto zero = static_cast<float>(info.storedFromData(0)) + 0.0f;
-  const float value = zero <= info.empty_threshold ? zero : info.empty_threshold;
-  return info.type == VoxelType::f32 ? value : std::clamp(std::floor(value), 0.0f, greatest);
+float emptyValue(VoxelType type, const ChannelInfo& channel) {
+  if (type == VoxelType::rgba8) return 0;
+  const float greatest = type == VoxelType::u16 ? 65535.0f : 255.0f;
+  const auto zero = static_cast<float>(channel.storedFromData(0)) + 0.0f;
+  const float value = zero <= channel.empty_threshold ? zero : channel.empty_threshold;
+  return type == VoxelType::f32 ? value : std::clamp(std::floor(value), 0.0f, greatest);
 }
 
 }  // namespace blockwalk

@@ -3,7 +3,10 @@
 //
 // Index space of level n: voxel (i,j,k) covers [i,i+1)x[j,j+1)x[k,k+1), centre at +0.5. Level 0 is the finest; a voxel
 // of level n+1 covers 2x2x2 voxels of level n. `world_from_index` takes level 0's index space to world space. "Stored
-// units" are the numbers in the voxels; data units = value_offset + value_scale * stored.
+// units" are the numbers in the voxels; data units = value_offset + value_scale * stored, a map of each channel's own.
+//
+// A volume has 1..kMaxChannels channels: scalar fields of one type on one grid, each with its own values and its own
+// idea of what is empty. They share the structure: a subblock is stored in all of them or in none.
 #pragma once
 
 #include <array>
@@ -21,21 +24,19 @@ constexpr int kMaxLevels = 18;     // 65536 voxels halved until one voxel is lef
 constexpr int kMaxBlockSide = 6;   // subblocks; 6^3 = 216 indices fit 8 bits
 constexpr int kRangeMaskBins = 8;  // Vulkan instance masks have 8 bits (Derin et al. 2021, 2.3)
 constexpr int kHistogramBins = 256;
+constexpr int kMaxChannels = 4;
 
 // Size of one level, known without reading its records.
 struct LevelInfo {
   glm::ivec3 dims{0};  // voxels: ceil(level 0 dims / 2^n)
   std::uint64_t block_count = 0;
   std::uint64_t subblock_count = 0;
-  std::uint64_t voxel_bytes = 0;  // subblock_count * subblock_side^3 * voxelBytes
+  std::uint64_t voxel_bytes = 0;  // of one channel: subblock_count * subblock_side^3 * voxelBytes
 };
 
-struct VolumeInfo {
-  VoxelType type = VoxelType::u8;
-  glm::ivec3 dims{0};
-  int subblock_side = 8;  // voxels: 4, 8 or 16
-  int block_side = 6;     // subblocks: 1..6
-  glm::dmat4 world_from_index{1.0};
+// The values of one channel.
+struct ChannelInfo {
+  std::string name;        // for people: UTF-8 without control characters; empty where there is one channel
   double value_scale = 1;  // above 0
   double value_offset = 0;
   // Stored units. A voxel whose density is <= empty_threshold, NaN or infinite is empty: it is never shown.
@@ -52,15 +53,26 @@ struct VolumeInfo {
   std::uint64_t nonempty_voxels = 0;   // level 0
   std::uint64_t nonfinite_voxels = 0;  // NaN or infinite in the source
   double largest_rounding = 0;         // data units: what conversion to the stored type changed at most
-  std::string source_name;             // for people: what it was imported from, no path
-  std::vector<LevelInfo> levels;       // [0] is the finest
+
+  double dataFromStored(double stored) const { return value_offset + value_scale * stored; }
+  double storedFromData(double data) const { return (data - value_offset) / value_scale; }
+};
+
+// The grid, and what its channels hold.
+struct VolumeInfo {
+  VoxelType type = VoxelType::u8;  // of every channel; rgba8 is a single channel
+  glm::ivec3 dims{0};
+  int subblock_side = 8;  // voxels: 4, 8 or 16
+  int block_side = 6;     // subblocks: 1..6
+  glm::dmat4 world_from_index{1.0};
+  std::string source_name;                                          // for people: what it was imported from, no path
+  std::vector<LevelInfo> levels;                                    // [0] is the finest
+  std::vector<ChannelInfo> channels = std::vector<ChannelInfo>(1);  // 1..kMaxChannels
 
   int blockVoxels() const { return subblock_side * block_side; }
   std::uint64_t subblockVoxels() const {
     return static_cast<std::uint64_t>(subblock_side) * static_cast<std::uint64_t>(subblock_side * subblock_side);
   }
-  double dataFromStored(double stored) const { return value_offset + value_scale * stored; }
-  double storedFromData(double data) const { return (data - value_offset) / value_scale; }
 };
 
 // bin of a density, 0..7, in stored units
@@ -118,8 +130,8 @@ struct WorldBox {
 WorldBox worldBox(const VolumeInfo& info);
 double unitDistance(const VolumeInfo& info);
 
-// What an empty voxel counts as in averages and interpolation, stored units, a value of the stored type: data value 0
-// where that is empty, else the threshold; 0 for rgba8.
-float emptyValue(const VolumeInfo& info);
+// What an empty voxel of a channel counts as in averages and interpolation, stored units, a value of the stored type:
+// data value 0 where that is empty, else the threshold; 0 for rgba8.
+float emptyValue(VoxelType type, const ChannelInfo& channel);
 
 }  // namespace blockwalk

@@ -19,7 +19,8 @@ namespace {
 using nlohmann::json;
 
 void upperHalf(View& view, const VolumeInfo& info) {
-  const double lo = info.dataFromStored(info.density_min), hi = info.dataFromStored(info.density_max);
+  const ChannelInfo& values = info.channels[0];
+  const double lo = values.dataFromStored(values.density_min), hi = values.dataFromStored(values.density_max);
   view.range = DensityRange{.lo = 0.5 * (lo + hi), .hi = hi};
 }
 

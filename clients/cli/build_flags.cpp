@@ -18,7 +18,11 @@ void BuildFlags::add(CLI::App& command) {
       ->check(CLI::Range(1, kMaxBlockSide));
   command.add_option("--bins", bins, "cuts of the range masks: auto, uniform or quantile (auto)")
       ->check(CLI::IsMember({"auto", "uniform", "quantile"}));
-  command.add_option("--empty", empty_threshold, "voxels up to this density are empty (0, or the smallest value)");
+  command
+      .add_option("--empty", empty_thresholds,
+                  "voxels up to this density are empty (0, or the smallest value); one number, or one a channel")
+      ->delimiter(',')
+      ->type_name("N[,N...]");
   command.add_option("--memory", memory, "memory to stay within (2GiB)")->type_name("SIZE");
 }
 
@@ -31,36 +35,63 @@ std::uint64_t BuildFlags::memoryBytes() const {
 }
 
 BuildOptions BuildFlags::options(std::uint64_t memory_bytes) const {
-  if (empty_threshold && !std::isfinite(*empty_threshold)) throw UsageError("--empty: must be finite");
+  for (const double threshold : empty_thresholds) {
+    if (!std::isfinite(threshold)) throw UsageError("--empty: must be finite");
+  }
   BuildOptions result;
   result.subblock_side = subblock_side;
   result.block_side = block_side;
   result.memory_bytes = memory_bytes;
-  result.empty_threshold = empty_threshold;
+  result.empty_thresholds = empty_thresholds;
   result.mask_bins = bins == "uniform"    ? MaskBins::uniform
                      : bins == "quantile" ? MaskBins::quantile
                                           : MaskBins::automatic;
   return result;
 }
 
+namespace {
+
+double percent(std::uint64_t part, std::uint64_t whole) {
+  return whole == 0 ? 0.0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
+}
+
+void printChannels(const VolumeInfo& info, std::uint64_t voxels) {
+  for (std::size_t i = 0; info.channels.size() > 1 && i < info.channels.size(); ++i) {
+    const ChannelInfo& channel = info.channels[i];
+    fmt::print("  channel {}          {}\n", i, channel.name);
+    fmt::print("    non-empty voxels {} ({:.2f} %)\n", channel.nonempty_voxels,
+               percent(channel.nonempty_voxels, voxels));
+    fmt::print("    not finite       {} voxels\n", channel.nonfinite_voxels);
+    fmt::print("    largest rounding {}\n", channel.largest_rounding);
+  }
+}
+
+}  // namespace
+
 void printBuildReport(const BuildReport& report, const std::filesystem::path& path, double seconds) {
   const VolumeInfo& info = report.info;
+  const ChannelInfo& channel = info.channels[0];
+  const bool several = info.channels.size() > 1;
   const std::uint64_t voxels = static_cast<std::uint64_t>(info.dims.x) * static_cast<std::uint64_t>(info.dims.y) *
                                static_cast<std::uint64_t>(info.dims.z);
-  const std::uint64_t dense_bytes = voxels * voxelBytes(info.type);
-  const auto percent = [](std::uint64_t part, std::uint64_t whole) {
-    return whole == 0 ? 0.0 : 100 * static_cast<double>(part) / static_cast<double>(whole);
-  };
-  fmt::print("{}: {} x {} x {} voxels of {}, {} levels, {} blocks\n", path.string(), info.dims.x, info.dims.y,
-             info.dims.z, voxelTypeName(info.type), info.levels.size(), info.levels.at(0).block_count);
-  fmt::print("  non-empty voxels   {} ({:.2f} %)\n", info.nonempty_voxels, percent(info.nonempty_voxels, voxels));
+  const std::uint64_t dense_bytes = voxels * voxelBytes(info.type) * info.channels.size();
+  fmt::print("{}: {} x {} x {} voxels of {}{}, {} levels, {} blocks\n", path.string(), info.dims.x, info.dims.y,
+             info.dims.z, several ? fmt::format("{} x ", info.channels.size()) : "", voxelTypeName(info.type),
+             info.levels.size(), info.levels.at(0).block_count);
+  if (!several) {
+    fmt::print("  non-empty voxels   {} ({:.2f} %)\n", channel.nonempty_voxels,
+               percent(channel.nonempty_voxels, voxels));
+  }
   fmt::print("  level 0 voxels     {}\n", byteText(report.level0_voxel_bytes));
   fmt::print("  coarser levels     {}\n", byteText(report.coarser_level_bytes));
   fmt::print("  records and rest   {}\n", byteText(report.overhead_bytes));
   fmt::print("  file               {} ({:.2f} % of {} dense)\n", byteText(report.file_bytes),
              percent(report.file_bytes, dense_bytes), byteText(dense_bytes));
-  fmt::print("  not finite         {} voxels\n", info.nonfinite_voxels);
-  fmt::print("  largest rounding   {}\n", info.largest_rounding);
+  if (!several) {
+    fmt::print("  not finite         {} voxels\n", channel.nonfinite_voxels);
+    fmt::print("  largest rounding   {}\n", channel.largest_rounding);
+  }
+  printChannels(info, voxels);
   fmt::print("  time               {:.2f} s\n", seconds);
 }
 

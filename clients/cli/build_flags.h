@@ -4,8 +4,8 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
-#include <optional>
 #include <string>
+#include <vector>
 
 #include "volume/builder.h"
 
@@ -17,7 +17,7 @@ struct BuildFlags {
   int block_side = 6;
   std::string memory = "2GiB";
   std::string bins = "auto";
-  std::optional<double> empty_threshold;
+  std::vector<double> empty_thresholds;
 
   void add(CLI::App& command);
   std::uint64_t memoryBytes() const;

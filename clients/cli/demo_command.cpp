@@ -39,7 +39,9 @@ void addDemoCommand(CLI::App& app) {
   auto demo = std::make_shared<DemoCommand>();
   CLI::App* command = app.add_subcommand("demo", "Make a procedural volume");
   const auto names = demoNames();
-  command->add_option("NAME", demo->name, "fossil, rock, chip (rgba8); vessels (u8); cells (u16); smoke (f32)")
+  command
+      ->add_option("NAME", demo->name,
+                   "fossil, rock, chip (rgba8); vessels (u8); cells (u16); smoke (f32); tissue (3 x u16)")
       ->required()
       ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
   command->add_option("--size", demo->size, "voxels along the longest axis (512)")->check(CLI::Range(1, kMaxDim));

@@ -22,6 +22,9 @@ struct ImportCommand {
   std::string spacing;
   std::string density = "auto";
   std::string skip = "0";
+  std::string channels = "auto";
+  std::vector<std::string> channel_names;
+  bool planar = false;
   bool big_endian = false;
   bool verify = false;
   BuildFlags build;
@@ -31,6 +34,13 @@ struct ImportCommand {
     if (!dims.empty()) options.dims = parseDims("--dims", dims);
     if (!type.empty()) options.type = type;
     if (!spacing.empty()) options.spacing = parseSpacing("--spacing", spacing);
+    options.channels = channels == "color"      ? ChannelRule::color
+                       : channels == "fields"   ? ChannelRule::fields
+                       : channels == "separate" ? ChannelRule::separate
+                                                : ChannelRule::automatic;
+    if (channels.size() == 1) options.raw_channels = channels[0] - '0';
+    options.channel_names = channel_names;
+    options.planar = planar;
     options.big_endian = big_endian;
     options.skip_bytes = parseByteSize("--skip", skip);
     options.density = density == "alpha"       ? DensityRule::alpha
@@ -96,6 +106,15 @@ void addImportCommand(CLI::App& app) {
   command->add_option("--skip", import->skip, "raw: bytes before the first voxel")->type_name("SIZE");
   command->add_option("--density", import->density, "colour: what becomes density (alpha, else luminance)")
       ->check(CLI::IsMember({"auto", "alpha", "luminance", "max"}));
+  command
+      ->add_option("--channels", import->channels,
+                   "what several samples a voxel are: color, or fields (a channel each); separate: each SOURCE is a "
+                   "channel; 2 to 4: raw, their number (auto: colour where the file means one)")
+      ->check(CLI::IsMember({"auto", "color", "fields", "separate", "1", "2", "3", "4"}));
+  command->add_option("--channel-names", import->channel_names, "names of the channels, in order")
+      ->delimiter(',')
+      ->type_name("NAME,NAME...");
+  command->add_flag("--planar", import->planar, "raw: channel after channel instead of voxel after voxel");
   command->add_flag("--verify", import->verify, "read everything back and compare every voxel");
   import->build.add(*command);
   command->callback([import] { import->run(); });

@@ -44,27 +44,36 @@ std::string histogramLine(const json& counts) {
   return line;
 }
 
+// What a channel holds.
+void printValues(const json& channel) {
+  const json& histogram = channel.at("histogram");
+  fmt::print("density           {} (empty up to {})\n", joined<double>(channel.at("density_range"), " .. "),
+             channel.at("empty_threshold").get<double>());
+  fmt::print("non-empty         {} voxels ({:.2f} %)\n", channel.at("nonempty_voxels").get<std::uint64_t>(),
+             100 * channel.at("nonempty_share").get<double>());
+  fmt::print("mask cuts         {}\n", joined<double>(channel.at("bin_cuts"), " "));
+  fmt::print("not finite        {} voxels, largest rounding {}\n", channel.at("nonfinite_voxels").get<std::uint64_t>(),
+             channel.at("largest_rounding").get<double>());
+  fmt::print("histogram         {} .. {}\n  {}\n", histogram.at("lo").get<double>(), histogram.at("hi").get<double>(),
+             histogramLine(histogram.at("counts")));
+}
+
 void printTable(const json& volume) {
   const auto bytes = [&](const char* member) { return byteText(volume.at(member).get<std::uint64_t>()); };
-  const json& histogram = volume.at("histogram");
+  const json& channels = volume.at("channels");
   fmt::print("name              {}\n", volume.at("name").get<std::string>());
-  fmt::print("size              {} voxels of {}\n", joined<int>(volume.at("dims"), " x "),
-             volume.at("type").get<std::string>());
+  fmt::print("size              {} voxels of {}{}\n", joined<int>(volume.at("dims"), " x "),
+             channels.size() > 1 ? fmt::format("{} x ", channels.size()) : "", volume.at("type").get<std::string>());
   fmt::print("spacing           {}\n", joined<double>(volume.at("spacing"), " x "));
   fmt::print("world box         {}\n", joined<double>(volume.at("world_box"), " "));
-  fmt::print("density           {} (empty up to {})\n", joined<double>(volume.at("density_range"), " .. "),
-             volume.at("empty_threshold").get<double>());
-  fmt::print("non-empty         {} voxels ({:.2f} %)\n", volume.at("nonempty_voxels").get<std::uint64_t>(),
-             100 * volume.at("nonempty_share").get<double>());
   fmt::print("blocks            {} subblocks of {} voxels a side\n", volume.at("block_side").get<int>(),
              volume.at("subblock_side").get<int>());
   fmt::print("stored            {} of {} dense, file {}\n", bytes("stored_bytes"), bytes("dense_bytes"),
              bytes("file_bytes"));
-  fmt::print("mask cuts         {}\n", joined<double>(volume.at("bin_cuts"), " "));
-  fmt::print("not finite        {} voxels, largest rounding {}\n", volume.at("nonfinite_voxels").get<std::uint64_t>(),
-             volume.at("largest_rounding").get<double>());
-  fmt::print("histogram         {} .. {}\n  {}\n", histogram.at("lo").get<double>(), histogram.at("hi").get<double>(),
-             histogramLine(histogram.at("counts")));
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    if (channels.size() > 1) fmt::print("\nchannel {}         {}\n", i, channels[i].at("name").get<std::string>());
+    printValues(channels[i]);
+  }
   fmt::print("\nlevel  size                   blocks    subblocks       stored\n");
   for (const json& level : volume.at("levels")) {
     fmt::print("{:>5}  {:<18} {:>10} {:>12} {:>12}\n", level.at("level").get<int>(),

@@ -39,10 +39,37 @@ json infoOf(const Workplace& place, const std::string& file) {
   return json::parse(outcome.out);
 }
 
+TEST(RoundTrip, ChannelsKeepTheirNamesAndThresholds) {
+  const Workplace place;
+  const std::string first = ballVoxels<std::uint16_t>(100, 0);
+  const std::string second = ballVoxels<std::uint16_t>(500, 40);
+  place.write("planes.raw", first + second);
+  const std::string raw = "import planes.raw -o c.bwv --dims 20x16x12 --type u16 --verify ";
+  const Outcome made = place.run(raw + "--channels 2 --planar --channel-names DAPI,GFP --empty 110,40");
+  ASSERT_EQ(made.exit_code, 0) << made.error;
+  EXPECT_THAT(made.out, HasSubstr("verified           3840 voxels"));
+  const json info = infoOf(place, "c.bwv");
+  ASSERT_EQ(info["channels"].size(), 2u);
+  EXPECT_EQ(info["channels"][0]["name"], "DAPI");
+  EXPECT_EQ(info["channels"][0]["empty_threshold"], 110);
+  EXPECT_EQ(info["channels"][0]["density_range"][0], 111);
+  EXPECT_EQ(info["channels"][1]["name"], "GFP");
+  EXPECT_EQ(info["channels"][1]["density_range"][0], 500);
+  EXPECT_THAT(place.run("info c.bwv").out, HasSubstr("channel 1         GFP"));
+  place.write("a.raw", first);
+  place.write("b.raw", second);
+  const std::string separate = "import a.raw b.raw --channels separate -o s.bwv --dims 20x16x12 --type u16 --verify";
+  EXPECT_EQ(place.run(separate + " --channel-names DAPI,GFP --empty 110,40").exit_code, 0);
+  EXPECT_EQ(infoOf(place, "s.bwv")["channels"], info["channels"]);
+  EXPECT_EQ(place.run(raw + "--channels 5").exit_code, 2);
+  EXPECT_EQ(place.run(raw + "--channels 2 --empty 1,2,3").exit_code, 1);
+}
+
 TEST(RoundTrip, DemosBecomeVolumesOfTheirType) {
   const Workplace place;
   const std::pair<const char*, const char*> demos[] = {{"fossil", "rgba8"}, {"rock", "rgba8"}, {"chip", "rgba8"},
-                                                       {"vessels", "u8"},   {"cells", "u16"},  {"smoke", "f32"}};
+                                                       {"vessels", "u8"},   {"cells", "u16"},  {"smoke", "f32"},
+                                                       {"tissue", "u16"}};
   for (const auto& [name, type] : demos) {
     const std::string file = std::string(name) + ".bwv";
     const Outcome made = place.run("demo " + std::string(name) + " -o " + file + " --size 40");

@@ -58,7 +58,7 @@ void addFloats(std::vector<Case>& cases) {
     Scenario scenario =
         scalars([](glm::ivec3 v) { return clump(v) > 0 ? static_cast<float>(6e38 * (noise(v) - 0.5)) : -3.3e38f; },
                 ramp(-3e38, 3e38, 0.3));
-    scenario.build.empty_threshold = -3.2e38;
+    scenario.build.empty_thresholds = {-3.2e38};
     return scenario;
   }));
   cases.push_back(image("values_1e_38", "f32 up to 1e-38, below the least normal float", [] { return scaled(1e-38); }));

@@ -18,8 +18,7 @@ class Filled : public Source {
              .type = type,
              .dims = dims,
              .world_from_index = world_from_index,
-             .value_scale = values.scale,
-             .value_offset = values.offset,
+             .channels = {{.name = {}, .value_scale = values.scale, .value_offset = values.offset}},
              .random_access = true};
   }
 

@@ -22,15 +22,16 @@ using namespace blockwalk;
 void readAll(const MemoryFile& memory) {
   try {
     const VolumeFile file(memory.path());
-    for (std::size_t i = 0; i < file.info().levels.size(); ++i) {
-      const int index = static_cast<int>(i);
-      const Level level = file.readLevel(index);
+    const int channels = static_cast<int>(file.info().channels.size());
+    for (int i = 0; i < static_cast<int>(file.info().levels.size()) * channels; ++i) {
+      const int index = i / channels;
+      const Level level = file.readLevel(index, i % channels);
       const std::uint64_t each = file.info().subblockVoxels() * voxelBytes(file.info().type);
       std::vector<std::byte> voxels;
       for (std::uint64_t first = 0; first < level.info.subblock_count; first += 100) {
         const std::uint64_t count = std::min<std::uint64_t>(100, level.info.subblock_count - first);
         voxels.resize(static_cast<std::size_t>(count * each));
-        file.readVoxels(index, first, count, voxels);
+        file.readVoxels(index, i % channels, first, count, voxels);
       }
     }
   } catch (const DataError&) {
@@ -43,7 +44,8 @@ void seal(std::vector<std::byte>& bytes) {
   if (bytes.size() < sizeof header) return;
   std::memcpy(&header, bytes.data(), sizeof header);
   const std::span<std::byte> all(bytes);
-  for (std::size_t i = 0; i < std::min<std::size_t>(header.level_count, kMaxLevels); ++i) {
+  const std::size_t channels = std::clamp<std::size_t>(header.channel_count, 1, kMaxChannels);
+  for (std::size_t i = 0; i < std::min<std::size_t>(header.level_count, kMaxLevels) * channels; ++i) {
     const std::size_t at = sizeof header + i * sizeof(LevelEntry);
     if (at + sizeof(LevelEntry) > bytes.size()) break;
     LevelEntry entry;
@@ -83,6 +85,13 @@ std::vector<std::string> fuzzSeeds() {
   for (VoxelType type : {VoxelType::rgba8, VoxelType::u8, VoxelType::u16, VoxelType::f32}) {
     volume_test::MemorySource source = volume_test::randomSource(type, {19, 11, 14}, 3);
     buildVolume(source, folder / "seed.bwv", {.subblock_side = 4, .block_side = ++block_side});
+    seeds.push_back(volume_test::readBytes(folder / "seed.bwv"));
+  }
+  std::size_t channels = 2;
+  for (VoxelType type : {VoxelType::u8, VoxelType::u16, VoxelType::f32}) {
+    volume_test::MemorySource source = volume_test::randomSource(type, {19, 11, 14}, 5, false, channels++);
+    source.change().channels[1].name = "second";
+    buildVolume(source, folder / "seed.bwv", {.subblock_side = 4, .block_side = 2});
     seeds.push_back(volume_test::readBytes(folder / "seed.bwv"));
   }
   return seeds;

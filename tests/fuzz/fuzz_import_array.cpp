@@ -34,6 +34,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   blockwalk::ImportOptions options;
   options.memory_bytes = std::uint64_t{1} << 20;
   blockwalk::readSource(file.path(), options);
+  options.channels = blockwalk::ChannelRule::fields;
+  blockwalk::readSource(file.path(), options);
   options.dims = glm::ivec3(8, 4, 2);
   options.type = "u16";
   blockwalk::readSource(file.path(), options);
@@ -61,6 +63,15 @@ std::vector<std::string> fuzzSeeds() {
           packed(voxels, MAX_WBITS),
       meta + "HeaderSize = -1\nElementDataFile = LOCAL\n" + voxels,
       meta + "BinaryData = False\nElementNumberOfChannels = 1\nElementDataFile = LOCAL\n1 2 3",
+      "ObjectType = Image\nNDims = 3\nDimSize = 4 4 2\nElementType = MET_USHORT\nElementNumberOfChannels = "
+      "2\nElementDataFile = LOCAL\n" +
+          voxels,
+      "NRRD0005\ntype: ushort\ndimension: 4\nsizes: 2 4 4 2\nkinds: list domain domain domain\nendian: "
+      "little\nencoding: raw\n\n" +
+          voxels,
+      "NRRD0005\ntype: uchar\ndimension: 4\nsizes: 4 4 2 4\nkinds: domain domain domain vector\nspacings: 1 1 2 "
+      "nan\nencoding: raw\n\n" +
+          voxels,
       packed(voxels, MAX_WBITS + 16),
   };
 }

@@ -13,7 +13,8 @@
 
 namespace {
 
-std::string tiffSeed(int bits, int samples, int compression, int tile, int pages) {
+std::string tiffSeed(int bits, int samples, int compression, int tile, int pages,
+                     const std::string& more = "unit=pixel\n") {
   const blockwalk::MemoryFile file;
   TIFF* tiff = TIFFOpen(file.path().c_str(), "w");
   for (int page = 0; page < pages; ++page) {
@@ -23,7 +24,8 @@ std::string tiffSeed(int bits, int samples, int compression, int tile, int pages
     TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, samples);
     TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC, samples == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB);
     TIFFSetField(tiff, TIFFTAG_COMPRESSION, compression);
-    const std::string description = "ImageJ=1.54f\nimages=" + std::to_string(pages) + "\nunit=pixel\n";
+    const std::string description =
+        more.starts_with('<') ? more : "ImageJ=1.54f\nimages=" + std::to_string(pages) + "\n" + more;
     TIFFSetField(tiff, TIFFTAG_IMAGEDESCRIPTION, description.c_str());
     if (tile > 0) {
       TIFFSetField(tiff, TIFFTAG_TILEWIDTH, tile);
@@ -67,6 +69,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   blockwalk::ImportOptions options;
   options.memory_bytes = std::uint64_t{4} << 20;
   blockwalk::readSource(file.path(), options);
+  options.channels = blockwalk::ChannelRule::fields;
+  blockwalk::readSource(file.path(), options);
   return 0;
 }
 
@@ -75,6 +79,10 @@ std::vector<std::string> fuzzSeeds() {
           pngSeed(PNG_FORMAT_RGBA),
           pngSeed(PNG_FORMAT_LINEAR_RGB_ALPHA),
           tiffSeed(8, 1, COMPRESSION_NONE, 0, 2),
+          tiffSeed(16, 1, COMPRESSION_NONE, 0, 4, "channels=2\nslices=2\nhyperstack=true\n"),
+          tiffSeed(8, 1, COMPRESSION_NONE, 0, 4,
+                   "<OME><Pixels DimensionOrder=\"XYZCT\" SizeC=\"2\" SizeT=\"1\" SizeZ=\"2\"><Channel ID=\"0\" "
+                   "Name=\"a&lt;b\"/><Channel ID=\"1\" Name=\"c\"/></Pixels></OME>"),
           tiffSeed(16, 1, COMPRESSION_LZW, 0, 1),
           tiffSeed(8, 3, COMPRESSION_ADOBE_DEFLATE, 16, 1),
           tiffSeed(1, 1, COMPRESSION_CCITTFAX4, 0, 1),

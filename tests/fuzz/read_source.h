@@ -18,7 +18,7 @@ inline void readSource(const std::string& path, const ImportOptions& options) {
   try {
     const auto source = openSource({path}, options);
     const SourceInfo& info = source->info();
-    const auto row = static_cast<std::uint64_t>(info.dims.x) * voxelBytes(info.type);
+    const auto row = std::uint64_t{channelRowBytes(info)} * info.channels.size();
     std::vector<std::byte> rows(row);
     std::uint64_t left = kMostBytes / row;
     for (int z = 0; z < info.dims.z && left > 0; ++z) {

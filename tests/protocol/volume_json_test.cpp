@@ -16,16 +16,16 @@ VolumeInfo sampleInfo() {
   info.dims = {100, 50, 20};
   info.world_from_index = glm::dmat4(0.5);
   info.world_from_index[3] = {1, 2, 3, 1};
-  info.value_scale = 2;
-  info.value_offset = -1000;
-  info.density_min = 10;
-  info.density_max = 500;
-  info.histogram_lo = 10;
-  info.histogram_hi = 500;
-  info.histogram[0] = 7;
-  info.histogram[255] = 3;
-  info.bin_cuts = {1, 2, 3, 4, 5, 6, 7};
-  info.nonempty_voxels = 10;
+  info.channels[0].value_scale = 2;
+  info.channels[0].value_offset = -1000;
+  info.channels[0].density_min = 10;
+  info.channels[0].density_max = 500;
+  info.channels[0].histogram_lo = 10;
+  info.channels[0].histogram_hi = 500;
+  info.channels[0].histogram[0] = 7;
+  info.channels[0].histogram[255] = 3;
+  info.channels[0].bin_cuts = {1, 2, 3, 4, 5, 6, 7};
+  info.channels[0].nonempty_voxels = 10;
   info.source_name = "sample.raw";
   info.levels = {{{100, 50, 20}, 4, 9, 9216}, {{50, 25, 10}, 1, 2, 2048}};
   return info;
@@ -50,6 +50,28 @@ TEST(VolumeJson, SpeaksInDataUnitsAndWorldSpace) {
   EXPECT_EQ(object["dense_bytes"], 200000);
   EXPECT_EQ(object["file_bytes"], 12345);
   EXPECT_EQ(object["nonempty_share"], 1e-4);
+}
+
+TEST(VolumeJson, NamesEveryChannel) {
+  VolumeInfo info = sampleInfo();
+  const nlohmann::json single = volumeJson(info, 1);
+  ASSERT_EQ(single["channels"].size(), 1u);
+  for (const char* member : {"value_scale", "value_offset", "empty_threshold", "density_range", "histogram", "bin_cuts",
+                             "nonempty_voxels", "nonempty_share", "nonfinite_voxels", "largest_rounding"}) {
+    EXPECT_EQ(single["channels"][0][member], single[member]) << member;
+  }
+  info.channels.push_back({.name = "GFP", .value_offset = 5, .density_min = 1, .density_max = 9});
+  info.channels[0].name = "DAPI";
+  const nlohmann::json two = volumeJson(info, 1);
+  ASSERT_EQ(two["channels"].size(), 2u);
+  EXPECT_EQ(two["name"], "sample.raw");
+  EXPECT_EQ(two["channels"][0]["name"], "DAPI");
+  EXPECT_EQ(two["channels"][1]["name"], "GFP");
+  EXPECT_EQ(two["channels"][1]["density_range"], nlohmann::json({6.0, 14.0}));
+  EXPECT_EQ(two["density_range"], single["density_range"]);
+  EXPECT_EQ(two["stored_bytes"], 2 * 11264);
+  EXPECT_EQ(two["levels"][0]["stored_bytes"], 2 * 9216);
+  EXPECT_EQ(two["dense_bytes"], 2 * 200000);
 }
 
 TEST(VolumeJson, DefaultViewIsAViewOfThisVolume) {

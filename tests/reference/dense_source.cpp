@@ -18,8 +18,7 @@ class DenseSource : public Source {
              .type = volume_.type,
              .dims = volume_.dims,
              .world_from_index = volume_.world_from_index,
-             .value_scale = volume_.value_scale,
-             .value_offset = volume_.value_offset,
+             .channels = {{.name = {}, .value_scale = volume_.value_scale, .value_offset = volume_.value_offset}},
              .random_access = true};
   }
 

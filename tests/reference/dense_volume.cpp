@@ -65,7 +65,7 @@ void copyBlock(DenseVolume& volume, const VolumeFile& file, const Block& block) 
   const VolumeInfo& info = file.info();
   const std::size_t subblock_bytes = info.subblockVoxels() * voxelBytes(info.type);
   std::vector<std::byte> bytes(block.subblock_count * subblock_bytes);
-  file.readVoxels(volume.level, block.first_subblock, block.subblock_count, bytes);
+  file.readVoxels(volume.level, 0, block.first_subblock, block.subblock_count, bytes);
   std::size_t next = 0;
   forEachVoxel(glm::ivec3(0), glm::ivec3(info.block_side), [&](glm::ivec3 local) {
     const std::size_t bit = linear(local, glm::ivec3(info.block_side));
@@ -111,8 +111,8 @@ DenseVolume volumeFromSource(Source& source, float empty_threshold, int block_vo
   const SourceInfo& info = source.info();
   DenseVolume volume = emptyVolume(info.type, info.dims);
   volume.world_from_index = info.world_from_index;
-  volume.value_scale = info.value_scale;
-  volume.value_offset = info.value_offset;
+  volume.value_scale = info.channels[0].value_scale;
+  volume.value_offset = info.channels[0].value_offset;
   volume.empty_threshold = empty_threshold;
   const std::size_t voxel_bytes = voxelBytes(info.type);
   const std::size_t slice = static_cast<std::size_t>(info.dims.x) * static_cast<std::size_t>(info.dims.y);
@@ -129,21 +129,23 @@ DenseVolume volumeFromSource(Source& source, float empty_threshold, int block_vo
 
 DenseVolume volumeFromFile(const VolumeFile& file, int level) {
   const VolumeInfo& info = file.info();
-  const Level records = file.readLevel(level);
+  const Level records = file.readLevel(level, 0);
   DenseVolume volume{.type = info.type,
                      .level0_dims = info.dims,
                      .level = level,
                      .dims = records.info.dims,
                      .world_from_index = info.world_from_index,
-                     .value_scale = info.value_scale,
-                     .value_offset = info.value_offset,
-                     .empty_threshold = info.empty_threshold};
-  const double end0 = info.dataFromStored(static_cast<double>(info.density_min));
-  const double end1 = info.dataFromStored(static_cast<double>(info.density_max));
-  if (info.nonempty_voxels > 0) volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
-  if (info.nonempty_voxels > 0) volume.contrast = static_cast<double>(info.density_max) - emptyValue(volume);
+                     .value_scale = info.channels[0].value_scale,
+                     .value_offset = info.channels[0].value_offset,
+                     .empty_threshold = info.channels[0].empty_threshold};
+  const double end0 = info.channels[0].dataFromStored(static_cast<double>(info.channels[0].density_min));
+  const double end1 = info.channels[0].dataFromStored(static_cast<double>(info.channels[0].density_max));
+  if (info.channels[0].nonempty_voxels > 0)
+    volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
+  if (info.channels[0].nonempty_voxels > 0)
+    volume.contrast = static_cast<double>(info.channels[0].density_max) - emptyValue(volume);
   volume.subblock_side = info.subblock_side;
-  volume.bin_cuts = info.bin_cuts;
+  volume.bin_cuts = info.channels[0].bin_cuts;
   allocate(volume);
   shapeBlocks(volume, info.blockVoxels());
   for (const Block& block : records.blocks) {

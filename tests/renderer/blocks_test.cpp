@@ -84,8 +84,8 @@ TEST_P(RangeTest, CullingCutsVisits) {
   Scene scene = makeScene(*openDemo(GetParam(), 128), sides(4, 4));
   View view = openView(scene.info);
   view.mode = Mode::blend;
-  const double lo = scene.info.dataFromStored(static_cast<double>(scene.info.density_min));
-  const double hi = scene.info.dataFromStored(static_cast<double>(scene.info.density_max));
+  const double lo = scene.info.channels[0].dataFromStored(static_cast<double>(scene.info.channels[0].density_min));
+  const double hi = scene.info.channels[0].dataFromStored(static_cast<double>(scene.info.channels[0].density_max));
   view.range = DensityRange{.lo = hi - 0.1 * (hi - lo), .hi = hi};
   for (const Combination& combination : combinations()) {
     if (combination.cull) continue;

@@ -122,9 +122,9 @@ TEST_F(FramesTest, ExtremeSizesAreDrawn) {
 
 TEST_F(FramesTest, AVolumeWithoutVoxelsShowsTheBackground) {
   BuildOptions all_empty;
-  all_empty.empty_threshold = 255;
+  all_empty.empty_thresholds = {255};
   Scene scene = makeScene(*makeSynthetic({.dims = {5, 4, 3}, .seed = 9}), all_empty);
-  ASSERT_EQ(scene.info.nonempty_voxels, 0u);
+  ASSERT_EQ(scene.info.channels[0].nonempty_voxels, 0u);
   for (const Combination& combination : combinations()) {
     for (Mode mode : {Mode::blend, Mode::first_hit, Mode::blocks}) {
       View view = viewOf(scene.info);

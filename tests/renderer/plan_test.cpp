@@ -15,10 +15,10 @@ VolumeInfo volumeOf(VoxelType type, float density_min, float density_max) {
   VolumeInfo info;
   info.type = type;
   info.dims = {512, 512, 512};
-  info.density_min = density_min;
-  info.density_max = density_max;
-  info.histogram_hi = 255;
-  info.bin_cuts = {32, 64, 96, 128, 160, 192, 224};
+  info.channels[0].density_min = density_min;
+  info.channels[0].density_max = density_max;
+  info.channels[0].histogram_hi = 255;
+  info.channels[0].bin_cuts = {32, 64, 96, 128, 160, 192, 224};
   for (int level = 0; level < levelCount(info.dims, info.blockVoxels()); ++level) {
     info.levels.push_back(
         {.dims = levelDims(info.dims, level), .block_count = 8, .subblock_count = 64, .voxel_bytes = 0});
@@ -59,9 +59,20 @@ TEST(Plan, MaskHoldsExactlyTheBinsOfTheRange) {
   EXPECT_EQ(planFor(view, volumeOf(VoxelType::rgba8, 5, 250)).range_mask, 0b00001110);
 }
 
+TEST(Plan, SeveralChannelsAreRefused) {
+  VolumeInfo info = volumeOf(VoxelType::u16, 5, 250);
+  info.channels.resize(2);
+  try {
+    planFor({}, info);
+    FAIL() << "no error";
+  } catch (const ViewError& error) {
+    EXPECT_EQ(error.field, "channels");
+  }
+}
+
 TEST(Plan, EmptyVoxelsAreNeverInTheRange) {
   VolumeInfo info = volumeOf(VoxelType::u8, 41, 250);
-  info.empty_threshold = 40;
+  info.channels[0].empty_threshold = 40;
   View view;
   view.mode = Mode::blocks;
   view.range = DensityRange{0, 60};
@@ -85,7 +96,7 @@ TEST(Plan, TransparentPartsOfTheTransferFunctionNarrowTheRange) {
 
 TEST(Plan, RangeIsInDataUnits) {
   VolumeInfo info = volumeOf(VoxelType::u16, 100, 60000);
-  info.value_offset = -32768;
+  info.channels[0].value_offset = -32768;
   View view;
   view.mode = Mode::blocks;
   view.range = DensityRange{-32000, 0};

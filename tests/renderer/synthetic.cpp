@@ -45,8 +45,9 @@ class Synthetic : public Source {
              .type = options.type,
              .dims = options.dims,
              .world_from_index = options.world_from_index,
-             .value_scale = options.type == VoxelType::u16 ? 0.5 : 1,
-             .value_offset = options.type == VoxelType::u16 ? -100.0 : 0,
+             .channels = {{.name = {},
+                           .value_scale = options.type == VoxelType::u16 ? 0.5 : 1,
+                           .value_offset = options.type == VoxelType::u16 ? -100.0 : 0}},
              .random_access = true};
   }
 

@@ -110,7 +110,7 @@ TEST_P(TruthTest, CoarserLevelsAreDrawnAsStored) {
 TEST_P(TruthTest, TheFileHoldsTheSource) {
   const std::unique_ptr<Source> source = GetParam().open();
   const reference::DenseVolume expected =
-      reference::volumeFromSource(*source, scene().info.empty_threshold, scene().info.blockVoxels());
+      reference::volumeFromSource(*source, scene().info.channels[0].empty_threshold, scene().info.blockVoxels());
   for (int level = 0; level < static_cast<int>(scene().info.levels.size()); ++level) {
     const reference::DenseVolume dense = scene().dense(level);
     reference::DenseVolume derived = dense;
@@ -129,7 +129,7 @@ TEST_P(TruthTest, TheFileHoldsTheSource) {
     }
     EXPECT_EQ(wrong_voxels, 0u);
     if (level == 0) {
-      EXPECT_EQ(visible, scene().info.nonempty_voxels);
+      EXPECT_EQ(visible, scene().info.channels[0].nonempty_voxels);
     }
   }
 }

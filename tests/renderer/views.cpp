@@ -49,7 +49,7 @@ class ViewMaker {
       const std::size_t voxel = std::uniform_int_distribution<std::size_t>(0, dense_.density.size() - 1)(random_);
       if (!isEmptyDensity(dense_.density[voxel], dense_.empty_threshold)) return dense_.dataAt(voxel);
     }
-    return info_.dataFromStored(static_cast<double>(info_.density_max));
+    return info_.channels[0].dataFromStored(static_cast<double>(info_.channels[0].density_max));
   }
 
   DensityRange rangeInside() {
@@ -59,8 +59,8 @@ class ViewMaker {
 
   // Never opaque: there the colour jumps with any positive length, and images could not be compared.
   std::vector<TransferPoint> transfer() {
-    const double lo = info_.dataFromStored(static_cast<double>(info_.density_min));
-    const double hi = info_.dataFromStored(static_cast<double>(info_.density_max));
+    const double lo = info_.channels[0].dataFromStored(static_cast<double>(info_.channels[0].density_min));
+    const double hi = info_.channels[0].dataFromStored(static_cast<double>(info_.channels[0].density_max));
     std::vector<TransferPoint> points;
     for (int i = 0; i < 5; ++i) {
       const double r = uniform(0, 1), g = uniform(0, 1), b = uniform(0, 1);
@@ -124,7 +124,7 @@ class ViewMaker {
         view.range = rangeInside();
         break;
       case 11: {
-        const double hi = info_.dataFromStored(static_cast<double>(info_.density_max));
+        const double hi = info_.channels[0].dataFromStored(static_cast<double>(info_.channels[0].density_max));
         view.range = DensityRange{.lo = hi + 1, .hi = hi + 2};
         break;
       }

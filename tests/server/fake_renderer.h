@@ -38,7 +38,7 @@ class FakeVolume final : public ResidentVolume {
   }
   void readVoxels() const {
     std::vector<std::byte> voxels(static_cast<std::size_t>(info().levels[0].voxel_bytes));
-    file_.readVoxels(0, 0, info().levels[0].subblock_count, voxels);
+    file_.readVoxels(0, 0, 0, info().levels[0].subblock_count, voxels);
   }
 
  private:

@@ -34,8 +34,8 @@ TEST(ServedFile, TruncatedWhileItIsReadGivesErrorsAndNoSignal) {
   int errors = 0;
   for (int i = 0; i < 3000; ++i) {
     try {
-      file.readLevel(0);
-      file.readVoxels(0, 0, file.info().levels[0].subblock_count, voxels);
+      file.readLevel(0, 0);
+      file.readVoxels(0, 0, 0, file.info().levels[0].subblock_count, voxels);
     } catch (const DataError& error) {
       EXPECT_THAT(error.what(), testing::HasSubstr("race.bwv"));
       ++errors;

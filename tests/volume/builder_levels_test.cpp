@@ -141,8 +141,8 @@ TEST(BuilderLevels, AbsentVoxelsCountAsEmptyInScalars) {
   source.set<float>({21, 4, 4}, std::numeric_limits<float>::quiet_NaN());
   buildVolume(source, folder / "volume.bwv", {.subblock_side = 4, .block_side = 3});
   const VolumeFile file(folder / "volume.bwv");
-  EXPECT_EQ(file.info().empty_threshold, -1000.0f);
-  EXPECT_EQ(file.info().density_min, 600.0f);
+  EXPECT_EQ(file.info().channels[0].empty_threshold, -1000.0f);
+  EXPECT_EQ(file.info().channels[0].density_min, 600.0f);
   ASSERT_GE(file.info().levels.size(), 2u);
   const DenseLevel coarse = readDense(file, 1);
   float value = 0;

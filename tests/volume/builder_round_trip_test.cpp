@@ -16,9 +16,9 @@ namespace {
 // A record says exactly what its voxels say.
 void expectRecordsMatch(const VolumeFile& file, int index) {
   const VolumeInfo& info = file.info();
-  const Level level = file.readLevel(index);
+  const Level level = file.readLevel(index, 0);
   std::vector<std::byte> voxels(static_cast<std::size_t>(level.info.voxel_bytes));
-  file.readVoxels(index, 0, level.info.subblock_count, voxels);
+  file.readVoxels(index, 0, 0, level.info.subblock_count, voxels);
   const auto per = static_cast<std::size_t>(info.subblockVoxels());
   std::uint64_t last = 0;
   for (std::size_t b = 0; b < level.blocks.size(); ++b) {
@@ -45,10 +45,10 @@ void expectRecordsMatch(const VolumeFile& file, int index) {
         const glm::ivec3 p = begin + glm::ivec3(n % side, n / side % side, n / side / side);
         if (p.x >= level.info.dims.x || p.y >= level.info.dims.y || p.z >= level.info.dims.z) continue;
         const float density = storedDensity(info.type, voxels.data() + (i * per + v) * voxelBytes(info.type));
-        if (isEmptyDensity(density, info.empty_threshold)) continue;
+        if (isEmptyDensity(density, info.channels[0].empty_threshold)) continue;
         min = std::min(min, density);
         max = std::max(max, density);
-        mask |= 1u << rangeMaskBin(info.bin_cuts, density);
+        mask |= 1u << rangeMaskBin(info.channels[0].bin_cuts, density);
       }
       ASSERT_EQ(level.subblocks[i].density_min, min);
       ASSERT_EQ(level.subblocks[i].density_max, max);
@@ -83,7 +83,7 @@ void expectRoundTrip(MemorySource& source, const std::filesystem::path& path, co
     const std::byte* voxel = source.voxels.data() + i * bytes;
     const float density = storedDensity(info.type, voxel);
     if (!std::isfinite(density)) ++nonfinite;
-    const bool empty = isEmptyDensity(density, info.empty_threshold);
+    const bool empty = isEmptyDensity(density, info.channels[0].empty_threshold);
     if (dense.stored[i]) {
       ASSERT_EQ(std::memcmp(dense.voxels.data() + i * bytes, voxel, bytes), 0) << "voxel " << i;
     } else {
@@ -94,11 +94,11 @@ void expectRoundTrip(MemorySource& source, const std::filesystem::path& path, co
     min = std::min(min, density);
     max = std::max(max, density);
   }
-  ASSERT_EQ(info.nonempty_voxels, nonempty);
-  ASSERT_EQ(info.nonfinite_voxels, nonfinite);
+  ASSERT_EQ(info.channels[0].nonempty_voxels, nonempty);
+  ASSERT_EQ(info.channels[0].nonfinite_voxels, nonfinite);
   if (nonempty > 0) {
-    ASSERT_EQ(info.density_min, min);
-    ASSERT_EQ(info.density_max, max);
+    ASSERT_EQ(info.channels[0].density_min, min);
+    ASSERT_EQ(info.channels[0].density_max, max);
   }
   for (std::size_t i = 0; i < info.levels.size(); ++i) expectRecordsMatch(file, static_cast<int>(i));
   ASSERT_EQ(verifyVolume(source, path), source.voxelCount());
@@ -130,7 +130,8 @@ TEST_P(RoundTrip, QuantileAndUniformBinsHoldTheirVoxels) {
     MemorySource source = randomSource(GetParam(), {70, 60, 50}, 77);
     ASSERT_NO_FATAL_FAILURE(expectRoundTrip(source, folder / "volume.bwv", {.mask_bins = bins}));
     const VolumeInfo info = VolumeFile(folder / "volume.bwv").info();
-    for (std::size_t i = 1; i < info.bin_cuts.size(); ++i) EXPECT_LT(info.bin_cuts[i - 1], info.bin_cuts[i]);
+    for (std::size_t i = 1; i < info.channels[0].bin_cuts.size(); ++i)
+      EXPECT_LT(info.channels[0].bin_cuts[i - 1], info.channels[0].bin_cuts[i]);
   }
 }
 

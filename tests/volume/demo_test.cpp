@@ -6,6 +6,7 @@
 #include <xxhash.h>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <string>
 #include <vector>
@@ -18,10 +19,10 @@ namespace {
 
 using testing::HasSubstr;
 
+// Slice after slice, in a slice channel after channel.
 std::vector<std::byte> readAll(Source& source) {
   const SourceInfo& info = source.info();
-  const std::size_t slice =
-      static_cast<std::size_t>(info.dims.x) * static_cast<std::size_t>(info.dims.y) * voxelBytes(info.type);
+  const std::size_t slice = channelRowBytes(info) * static_cast<std::size_t>(info.dims.y) * info.channels.size();
   std::vector<std::byte> all(slice * static_cast<std::size_t>(info.dims.z));
   for (int z = 0; z < info.dims.z; ++z) {
     source.readRows(z, 0, info.dims.y, std::span(all).subspan(static_cast<std::size_t>(z) * slice, slice));
@@ -65,6 +66,7 @@ Expected expectedOf(std::string_view name) {
   if (name == "chip") return {VoxelType::rgba8, {192, 71, 41}, 0.02, 0.2, 255};
   if (name == "vessels") return {VoxelType::u8, {192, 192, 192}, 0.001, 0.03, 255};
   if (name == "cells") return {VoxelType::u16, {192, 144, 96}, 0.05, 0.3, 40000};
+  if (name == "tissue") return {VoxelType::u16, {192, 192, 144}, 0.005, 0.05, 32200};
   return {VoxelType::f32, {119, 192, 119}, 0.01, 0.3, 1};
 }
 
@@ -89,14 +91,17 @@ TEST_P(Demo, IsTheSameInWhateverOrderItIsRead) {
   const auto source = openDemo(GetParam(), 40);
   const std::vector<std::byte> forwards = readAll(*source);
   const glm::ivec3 dims = source->info().dims;
-  const std::size_t row = static_cast<std::size_t>(dims.x) * voxelBytes(source->info().type);
-  std::vector<std::byte> one(row);
+  const std::size_t row = channelRowBytes(source->info());
+  const std::size_t channels = source->info().channels.size();
+  std::vector<std::byte> one(row * channels);
   for (int z = dims.z - 1; z >= 0; --z) {
     for (int y = dims.y - 1; y >= 0; --y) {
       source->readRows(z, y, 1, one);
-      const std::size_t offset =
-          (static_cast<std::size_t>(z) * static_cast<std::size_t>(dims.y) + static_cast<std::size_t>(y)) * row;
-      ASSERT_EQ(std::memcmp(one.data(), &forwards[offset], row), 0) << "row " << y << " of slice " << z;
+      for (std::size_t channel = 0; channel < channels; ++channel) {
+        const std::size_t first = (static_cast<std::size_t>(z) * channels + channel) * static_cast<std::size_t>(dims.y);
+        const std::byte* wanted = &forwards[(first + static_cast<std::size_t>(y)) * row];
+        ASSERT_EQ(std::memcmp(&one[channel * row], wanted, row), 0) << "row " << y << " of slice " << z;
+      }
     }
   }
 }
@@ -113,7 +118,7 @@ TEST_P(Demo, HasEverySize) {
   const auto largest = openDemo(GetParam(), kMaxDim);
   const glm::ivec3 dims = largest->info().dims;
   EXPECT_EQ(std::max({dims.x, dims.y, dims.z}), kMaxDim);
-  std::vector<std::byte> row(static_cast<std::size_t>(dims.x) * voxelBytes(largest->info().type));
+  std::vector<std::byte> row(channelRowBytes(largest->info()) * largest->info().channels.size());
   largest->readRows(dims.z / 2, dims.y / 2, 1, row);
 }
 
@@ -124,11 +129,31 @@ TEST(DemoVolumes, AreTheSameOnEveryMachine) {
   const std::pair<std::string_view, std::uint64_t> hashes[] = {
       {"fossil", 0x780e61349b3e29e0ull},  {"rock", 0xfdee2c741f563fa3ull},  {"chip", 0x45077212e064fc66ull},
       {"vessels", 0x04cf3d8b64aaa856ull}, {"cells", 0x73fef82725750d13ull}, {"smoke", 0xfdada204e7993a2dull},
+      {"tissue", 0xe2997019a80ca9a0ull},
   };
   for (const auto& [name, hash] : hashes) {
     const std::vector<std::byte> voxels = readAll(*openDemo(name, 48));
     EXPECT_EQ(XXH3_64bits(voxels.data(), voxels.size()), hash) << name;
   }
+}
+
+TEST(DemoVolumes, TissueHasAMarkerInFewOfItsCells) {
+  const auto source = openDemo("tissue", 160);
+  const SourceInfo& info = source->info();
+  ASSERT_EQ(info.channels.size(), 3u);
+  EXPECT_EQ(info.channels[0].name, "nuclei");
+  EXPECT_EQ(info.channels[1].name, "membranes");
+  EXPECT_EQ(info.channels[2].name, "marker");
+  const std::vector<std::byte> voxels = readAll(*source);
+  const std::size_t plane = channelRowBytes(info) * static_cast<std::size_t>(info.dims.y);
+  std::array<std::size_t, 3> bright{};
+  for (std::size_t i = 0; i < voxels.size(); i += 2) {
+    bright[i / plane % 3] += storedDensity(VoxelType::u16, &voxels[i]) > 0 ? 1 : 0;
+  }
+  EXPECT_GT(bright[2], 0u);
+  EXPECT_LT(bright[2] * 5, bright[0]);
+  EXPECT_LT(bright[0], bright[1] * 5);
+  EXPECT_LT(bright[1], bright[0] * 5);
 }
 
 // What the demo is for: raising the lower bound of the range takes the rock away and leaves the fossil.

@@ -10,7 +10,7 @@
 
 namespace blockwalk::volume_test {
 
-// One level with every voxel of its box; `stored` says which came from the file, the others are 0.
+// One channel of a level with every voxel of its box; `stored` says which came from the file, the others are 0.
 struct DenseLevel {
   Level level;
   std::vector<std::byte> voxels;
@@ -18,10 +18,10 @@ struct DenseLevel {
   bool padding_is_zero = true;
 };
 
-inline DenseLevel readDense(const VolumeFile& file, int index) {
+inline DenseLevel readDense(const VolumeFile& file, int index, int channel = 0) {
   const VolumeInfo& info = file.info();
   DenseLevel dense;
-  dense.level = file.readLevel(index);
+  dense.level = file.readLevel(index, channel);
   const glm::ivec3 dims = dense.level.info.dims;
   const std::size_t bytes = voxelBytes(info.type);
   const auto count =
@@ -34,7 +34,7 @@ inline DenseLevel readDense(const VolumeFile& file, int index) {
     std::uint64_t next = block.first_subblock;
     for (int local = 0; local < info.block_side * info.block_side * info.block_side; ++local) {
       if ((block.occupancy[static_cast<std::size_t>(local / 64)] >> (local % 64) & 1) == 0) continue;
-      file.readVoxels(index, next++, 1, subblock);
+      file.readVoxels(index, channel, next++, 1, subblock);
       const glm::ivec3 begin = block.origin * info.blockVoxels() +
                                side * glm::ivec3(local % info.block_side, local / info.block_side % info.block_side,
                                                  local / info.block_side / info.block_side);
@@ -71,20 +71,24 @@ inline std::string readContents(const std::filesystem::path& path) {
   appendValue(out, info.type);
   appendValue(out, info.dims);
   appendValue(out, info.world_from_index);
-  appendValue(out, info.value_scale);
-  appendValue(out, info.value_offset);
-  appendValue(out, info.empty_threshold);
-  appendValue(out, info.density_min);
-  appendValue(out, info.density_max);
-  appendValue(out, info.bin_cuts);
-  appendValue(out, info.histogram_lo);
-  appendValue(out, info.histogram_hi);
-  appendValue(out, info.histogram);
-  appendValue(out, info.nonempty_voxels);
-  appendValue(out, info.nonfinite_voxels);
-  appendValue(out, info.largest_rounding);
-  for (std::size_t i = 0; i < info.levels.size(); ++i) {
-    const Level level = file.readLevel(static_cast<int>(i));
+  for (const ChannelInfo& channel : info.channels) {
+    out += channel.name;
+    appendValue(out, channel.value_scale);
+    appendValue(out, channel.value_offset);
+    appendValue(out, channel.empty_threshold);
+    appendValue(out, channel.density_min);
+    appendValue(out, channel.density_max);
+    appendValue(out, channel.bin_cuts);
+    appendValue(out, channel.histogram_lo);
+    appendValue(out, channel.histogram_hi);
+    appendValue(out, channel.histogram);
+    appendValue(out, channel.nonempty_voxels);
+    appendValue(out, channel.nonfinite_voxels);
+    appendValue(out, channel.largest_rounding);
+  }
+  const int channels = static_cast<int>(info.channels.size());
+  for (int i = 0; i < static_cast<int>(info.levels.size()) * channels; ++i) {
+    const Level level = file.readLevel(i / channels, i % channels);
     for (const Block& block : level.blocks) {
       appendValue(out, block.origin);
       appendValue(out, block.density_min);
@@ -99,7 +103,7 @@ inline std::string readContents(const std::filesystem::path& path) {
       appendValue(out, subblock.range_mask);
     }
     std::vector<std::byte> voxels(static_cast<std::size_t>(level.info.voxel_bytes));
-    file.readVoxels(static_cast<int>(i), 0, level.info.subblock_count, voxels);
+    file.readVoxels(i / channels, i % channels, 0, level.info.subblock_count, voxels);
     out.append(reinterpret_cast<const char*>(voxels.data()), voxels.size());
   }
   return out;

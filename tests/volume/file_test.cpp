@@ -53,7 +53,7 @@ TEST(File, GoldenBytesOfVersion1) {
   const ScratchFolder folder;
   MemorySource source(VoxelType::u16, {20, 9, 5});
   source.change().name = "golden";
-  source.change().value_scale = 0.5;
+  source.change().channels[0].value_scale = 0.5;
   source.change().world_from_index =
       glm::dmat4(glm::dvec4(2, 0, 0, 0), glm::dvec4(0, 3, 0, 0), glm::dvec4(0, 0, 1, 0), glm::dvec4(-1, 0, 4, 1));
   for (int i = 0; i < 60; ++i)
@@ -146,7 +146,7 @@ TEST(File, ErrorsNameFieldOffsetAndBound) {
   constexpr std::size_t kLevel0 = sizeof(FileHeader);
   const FieldCase cases[] = {
       {"magic", 0, "X", "not a .bwv file"},
-      {"version", 8, raw(2u), "version at offset 8 is 2, must be 1"},
+      {"version", 8, raw(3u), "version at offset 8 is 3, must be 1 or 2"},
       {"header_bytes", 12, raw(0xffffffffu), "header_bytes at offset 12"},
       {"file_bytes", 16, raw(std::uint64_t{1} << 62), "file_bytes at offset 16"},
       {"type", 32, raw(std::uint8_t{5}), "type at offset 32 is 5"},
@@ -237,10 +237,10 @@ TEST(File, AFileThatShrinksIsAnError) {
   const std::string whole = smallFile(folder);
   const VolumeFile file(folder / "small.bwv");
   std::vector<std::byte> voxels(64);
-  EXPECT_NO_THROW(file.readVoxels(0, 0, 1, voxels));
+  EXPECT_NO_THROW(file.readVoxels(0, 0, 0, 1, voxels));
   std::filesystem::resize_file(folder / "small.bwv", 100);
-  EXPECT_THROW(file.readVoxels(0, 0, 1, voxels), DataError);
-  EXPECT_THROW(file.readLevel(0), DataError);
+  EXPECT_THROW(file.readVoxels(0, 0, 0, 1, voxels), DataError);
+  EXPECT_THROW(file.readLevel(0, 0), DataError);
 }
 
 TEST(File, ADeletedFileStaysReadable) {
@@ -251,7 +251,7 @@ TEST(File, ADeletedFileStaysReadable) {
   std::filesystem::remove(folder / "small.bwv");
   const VolumeFile file = std::move(first);
   std::vector<std::byte> voxels(static_cast<std::size_t>(file.info().levels[0].voxel_bytes));
-  EXPECT_NO_THROW(file.readVoxels(0, 0, file.info().levels[0].subblock_count, voxels));
+  EXPECT_NO_THROW(file.readVoxels(0, 0, 0, file.info().levels[0].subblock_count, voxels));
 }
 
 TEST(File, OneSubblockABlockStaysWithinATenthOfItsVoxels) {

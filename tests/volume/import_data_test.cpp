@@ -85,7 +85,7 @@ TEST_P(ImportData, HasThePublishedFigures) {
   std::size_t above = 0;
   for (std::size_t i = 0; i < voxels.size(); i += width) {
     const auto* voxel = reinterpret_cast<const std::byte*>(&voxels[i]);
-    const double value = info.value_offset + static_cast<double>(storedDensity(info.type, voxel));
+    const double value = info.channels[0].value_offset + static_cast<double>(storedDensity(info.type, voxel));
     lowest = std::min(lowest, value);
     highest = std::max(highest, value);
     above += value > expected.threshold ? 1 : 0;
@@ -94,7 +94,7 @@ TEST_P(ImportData, HasThePublishedFigures) {
   EXPECT_NEAR(highest, expected.highest, 1e-3 * std::max(1.0, highest * 0.01));
   // Published to four places.
   EXPECT_NEAR(static_cast<double>(above) / static_cast<double>(voxels.size() / width), expected.share, 0.0001);
-  EXPECT_EQ(source->conversion().nonfinite_voxels, 0u);
+  EXPECT_EQ(source->conversion(0).nonfinite_voxels, 0u);
 }
 
 INSTANTIATE_TEST_SUITE_P(Files, ImportData, testing::ValuesIn(kVolumes), [](const auto& instance) {
@@ -126,11 +126,50 @@ TEST(ImportData, SlicesEqualTheVolumeTheyCameFrom) {
   EXPECT_EQ(std::lround(1e4 * static_cast<double>(bright) / static_cast<double>(slices.size())), 873);
 }
 
+TEST(ImportData, AHyperstackHasItsChannels) {
+  const auto folder = realData();
+  if (!folder) GTEST_SKIP() << "no real data: set BLOCKWALK_DATA to its folder";
+  const auto source = openSource({*folder / "tiff_stacks/xyzc_16bit__dna_conf_wf.tif"}, {});
+  EXPECT_EQ(source->info().dims, glm::ivec3(133, 130, 45));
+  EXPECT_EQ(source->info().type, VoxelType::u16);
+  ASSERT_EQ(source->info().channels.size(), 2u);
+  const std::string voxels = readAll(*source, 64);
+  const auto* values = reinterpret_cast<const std::uint16_t*>(voxels.data());
+  const std::size_t count = voxels.size() / 4;
+  ASSERT_EQ(count, std::size_t{133} * 130 * 45);
+  EXPECT_EQ(*std::max_element(values, values + 2 * count), 61711);
+  std::size_t bright = 0;  // in either channel, as the share was published
+  for (std::size_t i = 0; i < count; ++i) bright += values[i] > 6000 || values[count + i] > 6000 ? 1 : 0;
+  EXPECT_NEAR(static_cast<double>(bright) / static_cast<double>(count), 0.0148, 0.0001);
+}
+
+TEST(ImportData, ColoursBecomeChannelsOnRequest) {
+  const auto folder = realData();
+  if (!folder) GTEST_SKIP() << "no real data: set BLOCKWALK_DATA to its folder";
+  ImportOptions options;
+  options.dims = glm::ivec3(204, 292, 65);
+  const auto atlas = *folder / "cell_rgb_atlas/AICS-10_5_5.ome.tif_atlas_2.png";
+  const std::string colors = importAll(atlas, options);
+  options.channels = ChannelRule::fields;
+  options.channel_names = {"SEG_DNA", "CON_Memb", "CON_DNA"};
+  const auto source = openSource({atlas}, options);
+  EXPECT_EQ(source->info().type, VoxelType::u8);
+  ASSERT_EQ(source->info().channels.size(), 3u);
+  EXPECT_EQ(source->info().channels[2].name, "CON_DNA");
+  const std::string fields = readAll(*source);
+  const std::size_t count = colors.size() / 4;
+  ASSERT_EQ(fields.size(), 3 * count);
+  for (std::size_t c = 0; c < 3; ++c) {
+    std::string own(count, '\0');
+    for (std::size_t i = 0; i < count; ++i) own[i] = colors[4 * i + c];
+    EXPECT_TRUE(fields.compare(c * count, count, own) == 0) << c;
+  }
+}
+
 TEST(ImportData, RefusesWhatIsNoSingleVolume) {
   const auto folder = realData();
   if (!folder) GTEST_SKIP() << "no real data: set BLOCKWALK_DATA to its folder";
   const std::pair<const char*, const char*> cases[] = {
-      {"tiff_stacks/xyzc_16bit__dna_conf_wf.tif", "channels=2"},
       {"tiff_stacks/multipage_rgb.tif", "colour must be u8 or u16"},
       {"nrrd_set/pynrrd/BallBinary30x30x30_bz2.nrrd", "encoding"},
       {"nrrd_set/pynrrd/BallBinary30x30x30_byteskip_minus_five.nhdr", "byte skip"},

@@ -83,7 +83,7 @@ TEST(ImportPng, RoundsWideColourAndSaysSo) {
       "a", pngOf(1, 1, {PNG_COLOR_TYPE_RGBA, 16}, swapped(bytesOf<std::uint16_t>({0, 65535, 257 * 7, 128}), 2)));
   const auto source = openSource({file}, {});
   EXPECT_EQ(readAll(*source), bytesOf<std::uint8_t>({0, 255, 7, 0}));
-  EXPECT_NEAR(source->conversion().largest_rounding, 128.0 * 255 / 65535, 1e-9);
+  EXPECT_NEAR(source->conversion(0).largest_rounding, 128.0 * 255 / 65535, 1e-9);
 }
 
 TEST(ImportPng, ReadsInterlacedImagesWithinMemory) {

@@ -32,11 +32,11 @@ TEST(ImportRaw, MovesSignedSamplesByAnOffset) {
   const auto file = scratch.write("a", bytesOf<std::int16_t>({-32768, -1, 0, 32767}));
   const auto source = openSource({file}, rawOptions({4, 1, 1}, "i16"));
   EXPECT_EQ(source->info().type, VoxelType::u16);
-  EXPECT_EQ(source->info().value_offset, -32768);
+  EXPECT_EQ(source->info().channels[0].value_offset, -32768);
   EXPECT_EQ(readAll(*source), bytesOf<std::uint16_t>({0, 32767, 32768, 65535}));
   const auto bytes = scratch.write("b", bytesOf<std::int8_t>({-128, 0, 127}));
   const auto small = openSource({bytes}, rawOptions({3, 1, 1}, "i8"));
-  EXPECT_EQ(small->info().value_offset, -128);
+  EXPECT_EQ(small->info().channels[0].value_offset, -128);
   EXPECT_EQ(readAll(*small), bytesOf<std::uint8_t>({0, 128, 255}));
 }
 
@@ -45,13 +45,13 @@ TEST(ImportRaw, ReportsRoundingAndWhatIsNotFinite) {
   const auto counts = openSource({scratch.write("a", bytesOf<std::uint32_t>({5, 16777217, 4294967295u}))},
                                  rawOptions({3, 1, 1}, "u32"));
   EXPECT_EQ(readAll(*counts), bytesOf<float>({5, 16777216, 4294967296.0f}));
-  EXPECT_EQ(counts->conversion().largest_rounding, 1);
+  EXPECT_EQ(counts->conversion(0).largest_rounding, 1);
   const double infinity = std::numeric_limits<double>::infinity();
   const auto reals =
       openSource({scratch.write("b", bytesOf<double>({0.1, std::nan(""), infinity, 2}))}, rawOptions({4, 1, 1}, "f64"));
   readAll(*reals);
-  EXPECT_EQ(reals->conversion().nonfinite_voxels, 2u);
-  EXPECT_EQ(reals->conversion().largest_rounding, std::fabs(0.1 - static_cast<double>(0.1f)));
+  EXPECT_EQ(reals->conversion(0).nonfinite_voxels, 2u);
+  EXPECT_EQ(reals->conversion(0).largest_rounding, std::fabs(0.1 - static_cast<double>(0.1f)));
   EXPECT_THAT(refusal({scratch.write("c", bytesOf<double>({1e300}))}, rawOptions({1, 1, 1}, "f64")),
               HasSubstr("1e+300"));
 }

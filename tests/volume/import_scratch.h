@@ -76,17 +76,21 @@ inline std::string gzipped(const std::string& bytes, int window_bits = MAX_WBITS
   return packed;
 }
 
-// All stored voxels, read a few rows at a time so that band and slice limits are crossed.
+// All stored voxels, channel after channel, read a few rows at a time so that band and slice limits are crossed.
 inline std::string readAll(Source& source, int rows_a_time = 3) {
   const SourceInfo& info = source.info();
-  const std::size_t row = static_cast<std::size_t>(info.dims.x) * voxelBytes(info.type);
-  std::string all(row * static_cast<std::size_t>(info.dims.y) * static_cast<std::size_t>(info.dims.z), '\0');
+  const std::size_t row = channelRowBytes(info);
+  const std::size_t volume = row * static_cast<std::size_t>(info.dims.y) * static_cast<std::size_t>(info.dims.z);
+  std::string all(volume * info.channels.size(), '\0');
   std::size_t done = 0;
+  std::string rows;
   for (int z = 0; z < info.dims.z; ++z) {
     for (int y = 0; y < info.dims.y; y += rows_a_time) {
       const int count = std::min(rows_a_time, info.dims.y - y);
       const std::size_t bytes = row * static_cast<std::size_t>(count);
-      source.readRows(z, y, count, std::as_writable_bytes(std::span(all).subspan(done, bytes)));
+      rows.resize(bytes * info.channels.size());
+      source.readRows(z, y, count, std::as_writable_bytes(std::span(rows)));
+      for (std::size_t c = 0; c < info.channels.size(); ++c) rows.copy(&all[c * volume + done], bytes, c * bytes);
       done += bytes;
     }
   }

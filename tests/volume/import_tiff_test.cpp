@@ -163,7 +163,7 @@ TEST(ImportTiff, TurnsSignedAndInvertedSamples) {
   for (char& value : expected) value = static_cast<char>(~value);
   EXPECT_EQ(importAll(writeTiff(scratch, inverted)), expected);
   const PageKind with_sign{.bits = 16, .sample_format = SAMPLEFORMAT_INT};
-  EXPECT_EQ(openSource({writeTiff(scratch, with_sign)}, {})->info().value_offset, -32768);
+  EXPECT_EQ(openSource({writeTiff(scratch, with_sign)}, {})->info().channels[0].value_offset, -32768);
 }
 
 TEST(ImportTiff, UnpacksBitsAndPalettes) {
@@ -189,16 +189,52 @@ TEST(ImportTiff, DividesPremultipliedColour) {
   EXPECT_EQ(importAll(writePacked(scratch, kind, row)), bytesOf<std::uint8_t>({128, 255, 0, 128, 9, 9, 9, 0}));
 }
 
+TEST(ImportTiff, ReadsHyperstacksOfImageJAndOme) {
+  const Scratch scratch;
+  const auto pages = [](const PageKind& kind, std::initializer_list<int> numbers) {
+    std::string all;
+    for (const int page : numbers) all += pixelsOf(kind, page);
+    return all;
+  };
+  const PageKind image_j{.bits = 16, .description = "ImageJ=1.54f\nimages=6\nchannels=2\nslices=3\nhyperstack=true\n"};
+  const auto file = writeTiff(scratch, image_j, 6);
+  const auto source = openSource({file}, {});
+  EXPECT_EQ(source->info().dims, glm::ivec3(20, 18, 3));
+  ASSERT_EQ(source->info().channels.size(), 2u);
+  EXPECT_EQ(readAll(*source), pages(image_j, {0, 2, 4, 1, 3, 5}));
+  EXPECT_EQ(readAll(*source, 18), pages(image_j, {0, 2, 4, 1, 3, 5}));
+
+  const PageKind channels_first{
+      .description = "<?xml?><OME><Pixels DimensionOrder=\"XYCZT\" SizeC=\"3\" SizeT=\"1\" SizeZ=\"2\"/></OME>"};
+  EXPECT_EQ(importAll(writeTiff(scratch, channels_first, 6)), pages(channels_first, {0, 3, 1, 4, 2, 5}));
+  const PageKind slices_first{
+      .description =
+          "<?xml?><OME><Pixels DimensionOrder=\"XYZCT\" SizeZ=\"3\" SizeC=\"2\" SizeT=\"1\">"
+          "<Channel ID=\"0\" Name=\"DAPI &amp; more\"/><Channel ID=\"1\" Name=\"GFP\"/></Pixels></OME>"};
+  const auto named = openSource({writeTiff(scratch, slices_first, 6)}, {});
+  ASSERT_EQ(named->info().channels.size(), 2u);
+  EXPECT_EQ(named->info().channels[0].name, "DAPI & more");
+  EXPECT_EQ(named->info().channels[1].name, "GFP");
+  EXPECT_EQ(readAll(*named), pages(slices_first, {0, 1, 2, 3, 4, 5}));
+  ImportOptions color;
+  color.channels = ChannelRule::color;
+  EXPECT_THAT(refusal({file}, color), HasSubstr("planes of their own"));
+}
+
 TEST(ImportTiff, RefusesHyperstacksAndMixtures) {
   const Scratch scratch;
-  const PageKind channels{.description = "ImageJ=1.54f\nimages=4\nchannels=2\nslices=2\nhyperstack=true\n"};
-  EXPECT_THAT(refusal({writeTiff(scratch, channels, 4)}), HasSubstr("channels=2"));
+  const PageKind many{.description = "ImageJ=1.54f\nimages=5\nchannels=5\nhyperstack=true\n"};
+  EXPECT_THAT(refusal({writeTiff(scratch, many, 5)}), HasSubstr("channels=5: at most 4"));
+  const PageKind uneven{.description = "ImageJ=1.54f\nimages=5\nchannels=2\nhyperstack=true\n"};
+  EXPECT_THAT(refusal({writeTiff(scratch, uneven, 5)}), HasSubstr("5 pages, which are no whole slices of 2"));
   const PageKind frames{.description = "ImageJ=1.54f\nimages=4\nslices=2\nframes=2\n"};
   EXPECT_THAT(refusal({writeTiff(scratch, frames, 4)}), HasSubstr("frames=2"));
   const PageKind hidden{.description = "ImageJ=1.54f\nimages=9\nslices=9\n"};
   EXPECT_THAT(refusal({writeTiff(scratch, hidden)}), HasSubstr("images=9"));
   const PageKind ome{.description = "<?xml?><OME><Pixels SizeC=\"3\"/></OME>"};
-  EXPECT_THAT(refusal({writeTiff(scratch, ome, 3)}), HasSubstr("SizeC=\"3"));
+  EXPECT_THAT(refusal({writeTiff(scratch, ome, 4)}), HasSubstr("SizeC=\"3"));
+  const PageKind times{.description = "<?xml?><OME><Pixels SizeC=\"1\" SizeT=\"3\"/></OME>"};
+  EXPECT_THAT(refusal({writeTiff(scratch, times, 3)}), HasSubstr("SizeT=\"3"));
   const PageKind slices{.description = "ImageJ=1.54f\nimages=2\nslices=2\n"};
   EXPECT_EQ(importAll(writeTiff(scratch, slices, 2)), pixelsOf(slices, 0) + pixelsOf(slices, 1));
 

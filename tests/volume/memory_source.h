@@ -22,44 +22,47 @@ namespace blockwalk::volume_test {
 
 class MemorySource : public Source {
  public:
-  MemorySource(VoxelType type, glm::ivec3 dims) {
+  MemorySource(VoxelType type, glm::ivec3 dims, std::size_t channels = 1) {
     info_.name = "memory";
     info_.format = "memory";
     info_.type = type;
     info_.dims = dims;
+    info_.channels.resize(channels);
     info_.random_access = true;
-    voxels.resize(voxelCount() * voxelBytes(type));
+    voxels.resize(voxelCount() * voxelBytes(type) * channels);
   }
 
   const SourceInfo& info() const override { return info_; }
   SourceInfo& change() { return info_; }
 
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
-    const auto row_bytes = static_cast<std::size_t>(info_.dims.x) * voxelBytes(info_.type);
+    const std::size_t row_bytes = channelRowBytes(info_);
     const auto row = static_cast<std::size_t>(z) * static_cast<std::size_t>(info_.dims.y) + static_cast<std::size_t>(y);
     const auto bytes = static_cast<std::size_t>(count) * row_bytes;
-    if (out.size() != bytes || (row * row_bytes) + bytes > voxels.size() || y + count > info_.dims.y) {
+    if (out.size() != bytes * info_.channels.size() || z >= info_.dims.z || y + count > info_.dims.y) {
       throw std::logic_error("rows outside the source");
     }
     if (!info_.random_access && row != next_row_ % voxelRows()) throw std::logic_error("rows out of order");
     next_row_ = row + static_cast<std::size_t>(count);
-    std::memcpy(out.data(), voxels.data() + row * row_bytes, bytes);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      std::memcpy(out.data() + channel * bytes, voxels.data() + (channel * voxelRows() + row) * row_bytes, bytes);
+    }
   }
 
   std::size_t voxelCount() const { return voxelRows() * static_cast<std::size_t>(info_.dims.x); }
-  std::byte* at(glm::ivec3 p) {
-    const auto row =
-        static_cast<std::size_t>(p.z) * static_cast<std::size_t>(info_.dims.y) + static_cast<std::size_t>(p.y);
+  std::byte* at(glm::ivec3 p, std::size_t channel = 0) {
+    const auto row = channel * voxelRows() + static_cast<std::size_t>(p.z) * static_cast<std::size_t>(info_.dims.y) +
+                     static_cast<std::size_t>(p.y);
     return voxels.data() +
            (row * static_cast<std::size_t>(info_.dims.x) + static_cast<std::size_t>(p.x)) * voxelBytes(info_.type);
   }
   template <typename T>
-  void set(glm::ivec3 p, T value) {
+  void set(glm::ivec3 p, T value, std::size_t channel = 0) {
     if (sizeof value != voxelBytes(info_.type)) throw std::logic_error("a value of another type");
-    std::memcpy(at(p), &value, sizeof value);
+    std::memcpy(at(p, channel), &value, sizeof value);
   }
 
-  std::vector<std::byte> voxels;
+  std::vector<std::byte> voxels;  // [channel][z][y][x]
 
  private:
   std::size_t voxelRows() const {
@@ -71,9 +74,10 @@ class MemorySource : public Source {
 };
 
 // Boxes of random voxels and of one value in an empty volume, some voxels alone, and for f32 NaN, infinities, negatives
-// where `negative` asks for them, and -0.
-inline MemorySource randomSource(VoxelType type, glm::ivec3 dims, unsigned seed, bool negative = false) {
-  MemorySource source(type, dims);
+// where `negative` asks for them, and -0; each channel has boxes of its own.
+inline MemorySource randomSource(VoxelType type, glm::ivec3 dims, unsigned seed, bool negative = false,
+                                 std::size_t channels = 1) {
+  MemorySource source(type, dims, channels);
   std::mt19937 random(seed);
   const auto below = [&random](int bound) { return static_cast<int>(random() % static_cast<unsigned>(bound)); };
   const auto value = [&](int kind) -> std::uint32_t {
@@ -86,7 +90,8 @@ inline MemorySource randomSource(VoxelType type, glm::ivec3 dims, unsigned seed,
     std::memcpy(&bits, &density, sizeof bits);
     return bits;
   };
-  for (int box = 0; box < 6; ++box) {
+  const int all = static_cast<int>(channels);
+  for (int box = 0; box < 6 * all; ++box) {
     const glm::ivec3 begin(below(dims.x), below(dims.y), below(dims.z));
     const glm::ivec3 end = glm::min(begin + glm::ivec3(1 + below(23), 1 + below(23), 1 + below(23)), dims);
     const std::uint32_t same = value(1);
@@ -94,14 +99,15 @@ inline MemorySource randomSource(VoxelType type, glm::ivec3 dims, unsigned seed,
       for (int y = begin.y; y < end.y; ++y) {
         for (int x = begin.x; x < end.x; ++x) {
           const std::uint32_t bits = box % 2 == 0 ? value(0) : same;
-          std::memcpy(source.at({x, y, z}), &bits, voxelBytes(type));
+          std::memcpy(source.at({x, y, z}, static_cast<std::size_t>(box / 6)), &bits, voxelBytes(type));
         }
       }
     }
   }
-  for (int i = 0; i < 5; ++i) {
+  for (int i = 0; i < 5 * all; ++i) {
     const std::uint32_t bits = value(1);
-    std::memcpy(source.at({below(dims.x), below(dims.y), below(dims.z)}), &bits, voxelBytes(type));
+    std::memcpy(source.at({below(dims.x), below(dims.y), below(dims.z)}, static_cast<std::size_t>(i / 5)), &bits,
+                voxelBytes(type));
   }
   return source;
 }

@@ -15,6 +15,9 @@ std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const Imp
 std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 
+// Each path is a source of its own and a channel.
+std::unique_ptr<Source> openSeparate(const std::vector<std::filesystem::path>& paths, const ImportOptions& options);
+
 // A stack of slices, in order; `name` is the stack's.
 std::unique_ptr<Source> openPng(const std::vector<std::filesystem::path>& slices, const std::string& name,
                                 const ImportOptions& options);

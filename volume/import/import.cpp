@@ -30,13 +30,18 @@ std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const I
 std::unique_ptr<Source> openFile(const std::filesystem::path& path, const ImportOptions& options) {
   auto file = std::make_shared<InputFile>(path);
   if (options.dims && options.type) return openRaw(file, options);
+  if (options.raw_channels > 1) {
+    failData("{}: channels: only raw data needs their number; --channels fields makes each sample a channel",
+             file->name());
+  }
   const FileKind kind = fileKind(*file);
   if (kind == FileKind::png || kind == FileKind::tiff) return openStack({path}, file->name(), options);
   if (kind == FileKind::unknown) {
     failData("{}: is no NRRD, MetaImage, PNG or TIFF file; raw data needs --dims and --type", file->name());
   }
-  if (options.dims || options.type || options.big_endian || options.skip_bytes > 0) {
-    failData("{}: says its size and type itself; leave --dims, --type, --big-endian and --skip out", file->name());
+  if (options.dims || options.type || options.big_endian || options.skip_bytes > 0 || options.planar) {
+    failData("{}: says its size and type itself; leave --dims, --type, --big-endian, --skip and --planar out",
+             file->name());
   }
   return kind == FileKind::nrrd ? openNrrd(file, options) : openMetaImage(file, options);
 }
@@ -45,6 +50,7 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
 
 std::unique_ptr<Source> openSource(const Paths& paths, const ImportOptions& options) {
   if (paths.empty()) failData("no file to import is named");
+  if (options.channels == ChannelRule::separate) return openSeparate(paths, options);
   if (paths.size() == 1) {
     if (!std::filesystem::is_directory(paths[0])) return openFile(paths[0], options);
     const auto folder = std::filesystem::absolute(paths[0] / "").parent_path();

@@ -14,19 +14,27 @@ namespace blockwalk {
 
 enum class DensityRule { automatic, alpha, luminance, max };
 
+// What several samples a voxel are: a colour, or a channel each. automatic: colour where the file says so, or where it
+// says nothing and three or four u8 or u16 usually are one. separate: each source is a channel.
+enum class ChannelRule { automatic, color, fields, separate };
+
 // The flags of `blockwalk import`. What a self-describing file says itself may be overridden by spacing only.
 struct ImportOptions {
   std::optional<glm::ivec3> dims;   // raw: required. PNG: the slices are tiles of one image, row-major.
   std::optional<std::string> type;  // raw: u8 i8 u16 i16 u32 i32 f32 f64 rgb8 rgba8
   std::optional<glm::dvec3> spacing;
+  int raw_channels = 1;                          // raw: values a voxel, a channel each
+  bool planar = false;                           // raw: channel after channel, not voxel after voxel
   bool big_endian = false;                       // raw
   std::uint64_t skip_bytes = 0;                  // raw: bytes before the first voxel
   DensityRule density = DensityRule::automatic;  // alpha where there is one, else luminance
+  ChannelRule channels = ChannelRule::automatic;
+  std::vector<std::string> channel_names;  // none, or one a channel
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
 };
 
 // One file, or the slices of a stack in any order (they are sorted naturally: slice2 before slice10), or one folder of
-// slices. Throws DataError.
+// slices. Where each source is a channel, each of the paths is one of these. Throws DataError.
 std::unique_ptr<Source> openSource(const std::vector<std::filesystem::path>& paths, const ImportOptions& options);
 
 }  // namespace blockwalk

@@ -13,6 +13,7 @@
 #include "volume/import/header_text.h"
 #include "volume/import/sample_array.h"
 #include "volume/import/text_samples.h"
+#include "volume/volume.h"
 
 namespace blockwalk {
 namespace {
@@ -95,8 +96,8 @@ SampleFormat readFormat(const MetaHeader& header) {
   const auto found = kTypes.find(name);
   if (found == kTypes.end()) failData("{}: ElementType: '{}' cannot be read", header.name(), name);
   const std::int64_t channels = header.integer("ElementNumberOfChannels", 1);
-  if (channels != 1 && channels != 3 && channels != 4) {
-    failData("{}: ElementNumberOfChannels: {} is none of 1, 3, 4", header.name(), channels);
+  if (channels < 1 || channels > kMaxChannels) {
+    failData("{}: ElementNumberOfChannels: {} is outside 1..{}", header.name(), channels, kMaxChannels);
   }
   const bool big = header.flag({"BinaryDataByteOrderMSB", "ElementByteOrderMSB"}, false);
   const bool swap = big != (std::endian::native == std::endian::big);
@@ -195,8 +196,11 @@ std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, con
   SourceInfo info{.name = file->name(), .format = "metaimage", .dims = readDims(header, axis_count)};
   info.world_from_index = worldFromIndex(readGeometry(header, axis_count), options.spacing, header.name(),
                                          "TransformMatrix, ElementSpacing");
-  VoxelConverter converter(format, options.density, header.name());
-  return makeSampleArray(info, std::move(converter), openData(header, file, format, info.dims, options.memory_bytes));
+  // Three or four bytes or words are a colour, as everybody writes them; the format has no word for it.
+  const bool is_color = format.channels > 2 && (format.type == SampleType::u8 || format.type == SampleType::u16);
+  auto bytes = openData(header, file, format, info.dims, options.memory_bytes);
+  return makeSampleArray({.info = std::move(info), .format = format, .is_color = is_color, .order = ArrayOrder::voxels},
+                         options, std::move(bytes));
 }
 
 }  // namespace blockwalk

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <utility>
 #include <vector>
 
 #include "volume/error.h"
@@ -81,8 +82,10 @@ std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const Im
   const NrrdHeader header = readNrrdHeader(*file);
   SourceInfo info{.name = file->name(), .format = "nrrd", .dims = header.dims};
   info.world_from_index = worldFromIndex(header.geometry, options.spacing, file->name(), "space directions");
-  VoxelConverter converter(header.format, options.density, file->name());
-  return makeSampleArray(info, std::move(converter), openData(header, file, options.memory_bytes));
+  auto bytes = openData(header, file, options.memory_bytes);
+  return makeSampleArray(
+      {.info = std::move(info), .format = header.format, .is_color = header.is_color, .order = header.order}, options,
+      std::move(bytes));
 }
 
 }  // namespace blockwalk

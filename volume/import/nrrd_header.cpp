@@ -11,6 +11,7 @@
 
 #include "volume/error.h"
 #include "volume/import/header_text.h"
+#include "volume/volume.h"
 
 namespace blockwalk {
 namespace {
@@ -78,7 +79,10 @@ class NrrdReader {
   void readType();
   void readSizes();
   void readGeometry();
+  std::string kindOf(std::size_t axis) const;
   bool firstAxisIsColor(const std::vector<std::int64_t>& sizes) const;
+  bool isChannels(const std::vector<std::int64_t>& sizes, std::size_t axis) const;
+  void takeSampleAxis(std::vector<std::int64_t>& sizes);
   std::vector<std::optional<glm::dvec3>> vectors(const std::string& name, std::string_view text) const;
   std::vector<std::optional<glm::dvec3>> axisSteps() const;
 
@@ -86,7 +90,8 @@ class NrrdReader {
   NrrdHeader header_;
   Fields fields_;
   std::size_t axis_count_ = 0;
-  std::size_t first_space_axis_ = 0;  // 1 when axis 0 is colour
+  std::size_t first_space_axis_ = 0;  // 1 when axis 0 is the samples of a voxel
+  std::size_t end_space_axis_ = 0;    // one below axis_count_ when the last axis is
 };
 
 void NrrdReader::readEncoding() {
@@ -172,17 +177,50 @@ void NrrdReader::readType() {
   header_.format.swap_bytes = (endian == "big") != (std::endian::native == std::endian::big);
 }
 
-bool NrrdReader::firstAxisIsColor(const std::vector<std::int64_t>& sizes) const {
-  if (sizes[0] != 3 && sizes[0] != 4) return false;
+// The kind of an axis in lower case, empty where `kinds` does not say it.
+std::string NrrdReader::kindOf(std::size_t axis) const {
   const std::string* kinds = find("kinds");
   const auto names = words(kinds != nullptr ? std::string_view(*kinds) : std::string_view());
-  const std::string kind = names.empty() ? "" : lowerCase(names[0]);
+  return axis < names.size() ? lowerCase(names[axis]) : "";
+}
+
+bool isUnnamed(std::string_view kind) { return kind.empty() || kind == "???" || kind == "none"; }
+
+bool isListing(std::string_view kind) {
+  return kind == "list" || kind == "vector" || kind == "2-vector" || kind == "3-vector" || kind == "4-vector";
+}
+
+bool NrrdReader::firstAxisIsColor(const std::vector<std::int64_t>& sizes) const {
+  if (sizes[0] != 3 && sizes[0] != 4) return false;
+  const std::string kind = kindOf(0);
   if (kind == "rgb-color" || kind == "3-color") return sizes[0] == 3;
   if (kind == "rgba-color" || kind == "4-color") return sizes[0] == 4;
-  const bool unnamed = kind.empty() || kind == "???" || kind == "none" || kind == "vector" || kind == "list" ||
-                       kind == "3-vector" || kind == "4-vector";
   // Three slices of a scalar are a volume: without a name for it, only a fourth axis makes the first one colour.
-  return unnamed && sizes.size() == 4 && header_.format.type == SampleType::u8;
+  return (isUnnamed(kind) || isListing(kind)) && sizes.size() == 4 && header_.format.type == SampleType::u8;
+}
+
+bool NrrdReader::isChannels(const std::vector<std::int64_t>& sizes, std::size_t axis) const {
+  if (sizes[axis] < 2 || sizes[axis] > kMaxChannels) return false;
+  return isListing(kindOf(axis));
+}
+
+// Takes the axis away that holds the samples of a voxel, if there is one.
+void NrrdReader::takeSampleAxis(std::vector<std::int64_t>& sizes) {
+  end_space_axis_ = axis_count_;
+  if (axis_count_ < 2) return;
+  const bool color = firstAxisIsColor(sizes);
+  if (color || isChannels(sizes, 0)) {
+    header_.format.channels = static_cast<int>(sizes[0]);
+    header_.is_color = color;
+    sizes.erase(sizes.begin());
+    first_space_axis_ = 1;
+  } else if (isChannels(sizes, axis_count_ - 1)) {
+    header_.format.channels = static_cast<int>(sizes.back());
+    header_.is_color = false;
+    header_.order = ArrayOrder::planes;
+    sizes.pop_back();
+    --end_space_axis_;
+  }
 }
 
 void NrrdReader::readSizes() {
@@ -196,13 +234,13 @@ void NrrdReader::readSizes() {
   if (sizes.size() != axis_count_) {
     failData("{}: sizes: {} are given, dimension is {}", file_.name(), sizes.size(), dimension);
   }
-  if (axis_count_ >= 2 && firstAxisIsColor(sizes)) {
-    header_.format.channels = static_cast<int>(sizes[0]);
-    sizes.erase(sizes.begin());
-    first_space_axis_ = 1;
-  }
+  takeSampleAxis(sizes);
   if (sizes.size() > 3) {
-    failData("{}: dimension: four axes are a volume only when the first one is colour (sizes 3 or 4)", file_.name());
+    failData(
+        "{}: dimension: four axes are a volume only when the first is colour (sizes 3 or 4), or the first or the last "
+        "is "
+        "a list of 2 to 4 channels (kinds)",
+        file_.name());
   }
   sizes.resize(3, 1);
   header_.dims = checkedDims(sizes[0], sizes[1], sizes[2], file_.name(), "sizes");
@@ -257,7 +295,7 @@ std::vector<std::optional<glm::dvec3>> NrrdReader::axisSteps() const {
   if (numbers.size() != axis_count_) {
     failData("{}: spacings: {} are given, dimension is {}", file_.name(), numbers.size(), axis_count_);
   }
-  for (std::size_t i = first_space_axis_; i < axis_count_; ++i) {
+  for (std::size_t i = first_space_axis_; i < end_space_axis_; ++i) {
     const auto number = parseReal(numbers[i]);
     if (!number) failData("{}: spacings: '{}' is no number", file_.name(), numbers[i]);
     if (std::isnan(*number)) continue;  // "not known"
@@ -271,12 +309,12 @@ std::vector<std::optional<glm::dvec3>> NrrdReader::axisSteps() const {
 void NrrdReader::readGeometry() {
   const auto steps = axisSteps();
   Geometry& geometry = header_.geometry;
-  for (std::size_t i = first_space_axis_; i < axis_count_; ++i) {
+  for (std::size_t i = first_space_axis_; i < end_space_axis_; ++i) {
     if (steps[i]) geometry.axes[i - first_space_axis_] = *steps[i];
   }
   // One slice that lies obliquely: the axis that the file does not have stands upright on the two that it has.
   const glm::dvec3 normal = glm::cross(geometry.axes[0], geometry.axes[1]);
-  if (axis_count_ - first_space_axis_ == 2 && glm::length(normal) > 0) geometry.axes[2] = glm::normalize(normal);
+  if (end_space_axis_ - first_space_axis_ == 2 && glm::length(normal) > 0) geometry.axes[2] = glm::normalize(normal);
   if (const std::string* origin = find("space origin")) {
     const auto points = vectors("space origin", *origin);
     if (points.size() != 1) failData("{}: space origin: '{}' is not one point", file_.name(), *origin);

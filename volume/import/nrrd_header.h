@@ -8,6 +8,7 @@
 #include "volume/import/geometry.h"
 #include "volume/import/input_file.h"
 #include "volume/import/sample.h"
+#include "volume/import/sample_array.h"
 
 namespace blockwalk {
 
@@ -15,6 +16,8 @@ enum class NrrdEncoding { raw, gzip, text };
 
 struct NrrdHeader {
   SampleFormat format;
+  bool is_color = true;                   // where a voxel has several samples
+  ArrayOrder order = ArrayOrder::voxels;  // planes: the samples' axis is the last one
   glm::ivec3 dims{0};
   Geometry geometry;
   NrrdEncoding encoding = NrrdEncoding::raw;
@@ -24,8 +27,10 @@ struct NrrdHeader {
   std::int64_t byte_skip = 0;  // -1: the data is the last of the bytes
 };
 
-// Throws DataError naming the field. Three axes are a volume, two are one slice, and one is one row; an axis of three
-// or four in front of them is colour when `kinds` calls it one, or when it is u8 and `kinds` calls it nothing else.
+// Throws DataError naming the field. Three axes are a volume, two are one slice, and one is one row. An axis of three
+// or four in front of them is colour when `kinds` calls it one, or when it is the first of four, u8, and `kinds` calls
+// it nothing else. An axis of two to four in front of them or behind them is channels when `kinds` calls it a list or a
+// vector.
 NrrdHeader readNrrdHeader(const InputFile& file);
 
 }  // namespace blockwalk

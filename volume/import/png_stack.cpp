@@ -5,10 +5,10 @@
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/import/channel_converter.h"
 #include "volume/import/formats.h"
 #include "volume/import/geometry.h"
 #include "volume/import/png_reader.h"
-#include "volume/import/voxel_converter.h"
 
 namespace blockwalk {
 namespace {
@@ -33,7 +33,7 @@ std::string describe(const PngShape& shape) {
 class PngStack final : public Source {
  public:
   PngStack(std::vector<std::filesystem::path> files, PngShape shape, int columns, SourceInfo info,
-           VoxelConverter converter, std::uint64_t memory_bytes)
+           ChannelConverter converter, std::uint64_t memory_bytes)
       : files_(std::move(files)),
         shape_(shape),
         columns_(columns),
@@ -41,7 +41,6 @@ class PngStack final : public Source {
         converter_(std::move(converter)),
         memory_bytes_(memory_bytes),
         row_bytes_(static_cast<std::size_t>(shape.width) * shape.format.voxelBytes()) {
-    info_.type = converter_.voxelType();
     // Tiles that lie side by side share rows of the image, so a row of tiles is kept.
     rows_kept_ = columns_ > 1 ? info_.dims.y : 1;
     const std::uint64_t kept = static_cast<std::uint64_t>(row_bytes_) * static_cast<std::uint64_t>(rows_kept_);
@@ -53,19 +52,18 @@ class PngStack final : public Source {
   }
 
   const SourceInfo& info() const override { return info_; }
-  ConversionReport conversion() const override { return converter_.report(); }
+  ConversionReport conversion(std::size_t channel) const override { return converter_.report(channel); }
 
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
     const auto width = static_cast<std::size_t>(info_.dims.x);
     const std::size_t file_voxel = shape_.format.voxelBytes();
-    const std::size_t stored_row = width * voxelBytes(info_.type);
-    BLOCKWALK_CHECK(out.size(), ==, stored_row * static_cast<std::size_t>(count));
+    BLOCKWALK_CHECK(out.size(), ==, channelRowBytes(info_) * info_.channels.size() * static_cast<std::size_t>(count));
     samples_.resize(width * file_voxel);
     for (int i = 0; i < count; ++i) {
       const std::span<const std::byte> row = imageRow(z, y + i);
       const std::size_t first = static_cast<std::size_t>(files_.size() > 1 ? 0 : z % columns_) * width * file_voxel;
       std::copy_n(row.begin() + static_cast<std::ptrdiff_t>(first), samples_.size(), samples_.begin());
-      converter_.convert(samples_, out.subspan(static_cast<std::size_t>(i) * stored_row, stored_row));
+      converter_.convert(samples_, static_cast<std::size_t>(i) * width, out);
     }
   }
 
@@ -93,7 +91,7 @@ class PngStack final : public Source {
   PngShape shape_;
   int columns_;
   SourceInfo info_;
-  VoxelConverter converter_;
+  ChannelConverter converter_;
   std::uint64_t memory_bytes_;
   std::size_t row_bytes_;
   int rows_kept_ = 1;
@@ -141,7 +139,8 @@ std::unique_ptr<Source> openPng(const std::vector<std::filesystem::path>& slices
     }
   }
   info.world_from_index = worldFromIndex(Geometry{}, options.spacing, name, "spacing");
-  VoxelConverter converter(shape.format, options.density, name);
+  ChannelConverter converter(shape.format, true, options, name);
+  converter.describe(info, options);
   return std::make_unique<PngStack>(slices, shape, columns, std::move(info), std::move(converter),
                                     options.memory_bytes);
 }

@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <string_view>
+#include <utility>
 
 #include "volume/error.h"
 #include "volume/import/formats.h"
@@ -27,7 +29,11 @@ SampleFormat rawFormat(const std::string& source, const ImportOptions& options) 
   for (const RawType& known : kRawTypes) {
     if (known.name != *options.type) continue;
     const bool swap = options.big_endian != (std::endian::native == std::endian::big);
-    return {known.type, known.channels, swap && sampleBytes(known.type) > 1};
+    if (options.planar && options.raw_channels == 1) failData("{}: planar: needs the number of channels", source);
+    if (options.raw_channels > 1 && known.channels > 1) {
+      failData("{}: channels: type {} is already {} samples a voxel", source, known.name, known.channels);
+    }
+    return {known.type, std::max(known.channels, options.raw_channels), swap && sampleBytes(known.type) > 1};
   }
   failData("{}: type '{}' is none of u8 i8 u16 i16 u32 i32 f32 f64 rgb8 rgba8", source, *options.type);
 }
@@ -46,17 +52,21 @@ std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const Imp
   const std::uint64_t bytes = arrayBytes(format, dims);
   SourceInfo info{.name = name, .format = "raw", .dims = dims};
   info.world_from_index = worldFromIndex(Geometry{}, options.spacing, name, "spacing");
-  VoxelConverter converter(format, options.density, name);
+  const ArrayOrder order = options.planar ? ArrayOrder::planes : ArrayOrder::voxels;
+  SampleArrayInfo array{
+      .info = std::move(info), .format = format, .is_color = options.raw_channels == 1, .order = order};
 
   const bool fits = options.skip_bytes <= file->bytes() && bytes == file->bytes() - options.skip_bytes;
   if (!fits && startsLikeGzip(*file, 0)) {
-    return makeSampleArray(info, std::move(converter), readCompressedBytes(file, 0, options.skip_bytes, bytes));
+    return makeSampleArray(std::move(array), options, readCompressedBytes(file, 0, options.skip_bytes, bytes));
   }
   if (!fits) {
     failData("{}: the file has {} bytes; {} x {} x {} voxels of {} after {} skipped bytes take {}", name, file->bytes(),
-             dims.x, dims.y, dims.z, *options.type, options.skip_bytes, options.skip_bytes + bytes);
+             dims.x, dims.y, dims.z,
+             options.raw_channels > 1 ? fmt::format("{} x {}", options.raw_channels, *options.type) : *options.type,
+             options.skip_bytes, options.skip_bytes + bytes);
   }
-  return makeSampleArray(info, std::move(converter), readFileBytes(file, options.skip_bytes, bytes));
+  return makeSampleArray(std::move(array), options, readFileBytes(file, options.skip_bytes, bytes));
 }
 
 }  // namespace blockwalk

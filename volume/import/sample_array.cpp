@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "volume/error.h"
+#include "volume/import/channel_converter.h"
 
 namespace blockwalk {
 namespace {
@@ -14,45 +15,75 @@ constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
 
 class SampleArray final : public Source {
  public:
-  SampleArray(SourceInfo info, VoxelConverter converter, std::unique_ptr<ByteReader> bytes)
-      : info_(std::move(info)), converter_(std::move(converter)), bytes_(std::move(bytes)) {
-    info_.type = converter_.voxelType();
-    info_.value_offset = converter_.valueOffset();
+  SampleArray(SourceInfo info, ChannelConverter converter, ArrayOrder order, std::unique_ptr<ByteReader> bytes)
+      : info_(std::move(info)), converter_(std::move(converter)), order_(order), bytes_(std::move(bytes)) {
     info_.random_access = bytes_->randomAccess();
   }
 
   const SourceInfo& info() const override { return info_; }
-  ConversionReport conversion() const override { return converter_.report(); }
+  ConversionReport conversion(std::size_t channel) const override { return converter_.report(channel); }
 
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
     const auto width = static_cast<std::uint64_t>(info_.dims.x);
-    const std::uint64_t first_row =
-        static_cast<std::uint64_t>(z) * static_cast<std::uint64_t>(info_.dims.y) + static_cast<std::uint64_t>(y);
-    const std::size_t file_voxel = converter_.format().voxelBytes();
-    const std::size_t stored_voxel = voxelBytes(info_.type);
+    const auto rows = static_cast<std::uint64_t>(info_.dims.y);
+    const std::uint64_t first = (static_cast<std::uint64_t>(z) * rows + static_cast<std::uint64_t>(y)) * width;
     const std::uint64_t voxels = width * static_cast<std::uint64_t>(count);
-    BLOCKWALK_CHECK(out.size(), ==, voxels * stored_voxel);
-    const std::uint64_t piece = kPieceBytes / file_voxel;
-    samples_.resize(std::min(piece, voxels) * file_voxel);
-    for (std::uint64_t done = 0; done < voxels; done += piece) {
-      const std::uint64_t now = std::min(piece, voxels - done);
-      const auto samples = std::span(samples_).first(now * file_voxel);
-      bytes_->read((first_row * width + done) * file_voxel, samples);
-      converter_.convert(samples, out.subspan(done * stored_voxel, now * stored_voxel));
+    BLOCKWALK_CHECK(out.size(), ==, voxels * voxelBytes(info_.type) * info_.channels.size());
+    if (order_ == ArrayOrder::voxels) {
+      readRun(first, voxels,
+              [&](std::span<std::byte> samples, std::uint64_t done) { converter_.convert(samples, done, out); });
+      return;
+    }
+    const std::uint64_t plane = width * rows * static_cast<std::uint64_t>(info_.dims.z);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      readRun(channel * plane + first, voxels, [&](std::span<std::byte> samples, std::uint64_t done) {
+        converter_.convertPlane(channel, samples, done, out);
+      });
     }
   }
 
  private:
+  // Calls convert(samples, done) for pieces of `count` voxels of the file from `first` on.
+  template <typename Convert>
+  void readRun(std::uint64_t first, std::uint64_t count, Convert convert) {
+    const std::size_t file_voxel = converter_.format().voxelBytes();
+    const std::uint64_t piece = kPieceBytes / file_voxel;
+    samples_.resize(std::min(piece, count) * file_voxel);
+    for (std::uint64_t done = 0; done < count; done += piece) {
+      const auto samples = std::span(samples_).first(std::min(piece, count - done) * file_voxel);
+      bytes_->read((first + done) * file_voxel, samples);
+      convert(samples, done);
+    }
+  }
+
   SourceInfo info_;
-  VoxelConverter converter_;
+  ChannelConverter converter_;
+  ArrayOrder order_;
   std::unique_ptr<ByteReader> bytes_;
   std::vector<std::byte> samples_;
 };
 
 }  // namespace
 
-std::unique_ptr<Source> makeSampleArray(SourceInfo info, VoxelConverter converter, std::unique_ptr<ByteReader> bytes) {
-  return std::make_unique<SampleArray>(std::move(info), std::move(converter), std::move(bytes));
+std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options,
+                                        std::unique_ptr<ByteReader> bytes) {
+  SourceInfo info = std::move(array.info);
+  if (array.order == ArrayOrder::planes && array.format.channels > 1) {
+    if (!bytes->randomAccess()) {
+      failData(
+          "{}: channels: they lie one after the other in compressed data, which cannot be read so; unpack it first",
+          info.name);
+    }
+    SampleFormat one = array.format;
+    one.channels = 1;
+    auto converter =
+        ChannelConverter::ofPlanes(one, static_cast<std::size_t>(array.format.channels), options, info.name);
+    converter.describe(info, options);
+    return std::make_unique<SampleArray>(std::move(info), std::move(converter), ArrayOrder::planes, std::move(bytes));
+  }
+  ChannelConverter converter(array.format, array.is_color, options, info.name);
+  converter.describe(info, options);
+  return std::make_unique<SampleArray>(std::move(info), std::move(converter), ArrayOrder::voxels, std::move(bytes));
 }
 
 }  // namespace blockwalk
