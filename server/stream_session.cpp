@@ -245,6 +245,8 @@ FrameOrder StreamSession::orderOf(const PaceStep& step) const {
   // JPEG is the quickest to make and send, but it has no opacity.
   const bool opaque = request_.view.background[3] == 255;
   if (request_.format == ImageFormat::png && opaque) order.format = ImageFormat::jpeg;
+  // Lossless WebP takes several times as long as lossy.
+  if (request_.format == ImageFormat::webp) order.quality = std::min(order.quality, kLosslessWebp - 1);
   return order;
 }
 

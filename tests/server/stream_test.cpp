@@ -98,6 +98,17 @@ TEST(Stream, APatchKeepsTheOtherMembers) {
   EXPECT_EQ(client.lastImageBytes(), 64u * 48u * 4u);
 }
 
+TEST(Stream, WebpIsWebpMovingAndStill) {
+  RunningServer server;
+  StreamClient client(server.port(), "rock");
+  client.sendText(view(1, R"("size":[64,48],"format":"webp","background":"00000080")"));
+  json frame;
+  do {
+    frame = client.readFrame();
+    EXPECT_EQ(frame["format"], "webp");
+  } while (frame["final"] == false);
+}
+
 TEST(Stream, TheLatestViewWins) {
   RunningServer server;
   server.control().band_ms = 40;
