@@ -42,16 +42,6 @@ TEST(Stream, SaysHelloThenShowsTheViewAndRefinesIt) {
   EXPECT_EQ(client.readText("pong")["t"], 12.5);
 }
 
-TEST(Stream, OnlyTheStillViewTakesAllItsSamples) {
-  RunningServer server;
-  StreamClient client(server.port(), "rock");
-  client.sendText(view(7, R"("size":[64,48],"samples":9)"));
-  EXPECT_EQ(client.readFrame()["final"], false);
-  EXPECT_EQ(client.readFrame()["final"], true);
-  EXPECT_EQ(server.control().fewest_samples, 1);
-  EXPECT_EQ(server.control().samples, 9);
-}
-
 TEST(Stream, StatsFollowTheirFinalFrame) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
