@@ -49,6 +49,12 @@ test("a header member that is missing or of another type is named", () => {
   assert.throws(() => parseFrame(frameBytes({ ...kHeader, format: "svg+xml" }, [1])), faultAt("frame.format"));
 });
 
+test("a frame's format is the subtype of its MIME type", () => {
+  for (const format of ["jpeg", "png", "webp"]) {
+    assert.equal(parseFrame(frameBytes({ ...kHeader, format }, [1])).header.format, format);
+  }
+});
+
 test("hello carries the volume", () => {
   const volume = sampleVolume("fossil", "rgba8");
   const message = parseMessage(JSON.stringify({ type: "hello", version: "blockwalk.v1", volume, limits: {} }));
