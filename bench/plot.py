@@ -24,28 +24,58 @@ def pareto(runs):
     return front
 
 
+CODECS = ("jpeg", "webp")
+
+
+def draw_knobs(axis, scene, colors):
+    """Error against device time. Codecs cost none; the samples' truth is another one, so they have no place in the front."""
+    compared = [run for run in scene["runs"] if run.get("truth", "centre") == "centre" and run["knob"] not in CODECS]
+    for knob, color in colors.items():
+        runs = [run for run in scene["runs"] if run["knob"] == knob]
+        if not runs:
+            continue
+        of_pixel = runs[0].get("truth") == "pixel"
+        axis.plot([r["ms"] for r in runs], [r["rmse"] for r in runs], "o--" if of_pixel else "o-", ms=4, lw=0.8,
+                  color=color, label=f"{knob} (pixel mean)" if of_pixel else knob)
+        for run in (runs[0], runs[-1]):
+            axis.annotate(run["value"], (run["ms"], run["rmse"]), fontsize=6, color=color,
+                          xytext=(3, 3), textcoords="offset points")
+    front = pareto(compared)
+    axis.plot([r["ms"] for r in front], [r["rmse"] for r in front], color="0.6", lw=4, alpha=0.5, zorder=0,
+              label="Pareto front")
+    default = next(run for run in scene["runs"] if run["knob"] == "step" and run["default"])
+    axis.plot(default["ms"], default["rmse"], "*", ms=15, color="black", zorder=3, label="default")
+    axis.set(xscale="log", yscale="log", title=f"{scene['name']} ({scene['type']})", xlabel="device ms")
+
+
+def draw_codecs(axis, scene):
+    """Error against the bytes that go over the wire."""
+    for index, codec in enumerate(CODECS):
+        runs = [run for run in scene["runs"] if run["knob"] == codec]
+        if not runs:
+            continue
+        axis.plot([r["bytes"] for r in runs], [r["rmse"] for r in runs], "o-", ms=4, lw=0.8, color=f"C{index}",
+                  label=codec)
+        for run in runs:
+            axis.annotate(run["value"], (run["bytes"], run["rmse"]), fontsize=6, color=f"C{index}",
+                          xytext=(3, 3), textcoords="offset points")
+    axis.set(xscale="log", yscale="log", xlabel="bytes")
+
+
 def draw_error(result, path):
     scenes = result["scenes"]
-    figure, axes = plot.subplots(1, len(scenes), figsize=(5.2 * len(scenes), 4.8), squeeze=False, sharey=True)
-    for axis, scene in zip(axes[0], scenes):
-        knobs = list(dict.fromkeys(run["knob"] for run in scene["runs"]))
-        for index, knob in enumerate(knobs):
-            runs = [run for run in scene["runs"] if run["knob"] == knob]
-            color = f"C{index}"
-            axis.plot([r["ms"] for r in runs], [r["rmse"] for r in runs], "o-", ms=4, lw=0.8, color=color, label=knob)
-            for run in (runs[0], runs[-1]):
-                axis.annotate(run["value"], (run["ms"], run["rmse"]), fontsize=6, color=color,
-                              xytext=(3, 3), textcoords="offset points")
-        front = pareto(scene["runs"])
-        axis.plot([r["ms"] for r in front], [r["rmse"] for r in front], color="0.6", lw=4, alpha=0.5, zorder=0,
-                  label="Pareto front")
-        default = next(run for run in scene["runs"] if run["knob"] == "step" and run["default"])
-        axis.plot(default["ms"], default["rmse"], "*", ms=15, color="black", zorder=3, label="default")
+    figure, axes = plot.subplots(2, len(scenes), figsize=(5.2 * len(scenes), 8.4), squeeze=False, sharey="row")
+    knobs = dict.fromkeys(run["knob"] for scene in reversed(scenes) for run in scene["runs"])
+    colors = {knob: f"C{index}" for index, knob in enumerate(knob for knob in knobs if knob not in CODECS)}
+    for column, scene in enumerate(scenes):
+        draw_knobs(axes[0][column], scene, colors)
+        draw_codecs(axes[1][column], scene)
+    for axis in axes.flat:
         axis.axhline(0.2887, color="0.8", lw=0.8, ls=":")  # 1/sqrt(12): what rounding to 8 bits alone costs
-        axis.set(xscale="log", yscale="log", title=f"{scene['name']} ({scene['type']})", xlabel="device ms")
         axis.grid(alpha=0.2)
-    axes[0][0].set_ylabel("RMSE, 8-bit steps")
-    axes[0][-1].legend(fontsize=7, loc="upper right")
+    for row in axes:
+        row[0].set_ylabel("RMSE, 8-bit steps")
+        row[-1].legend(fontsize=7, loc="upper right")
     figure.suptitle(f"{result['device']}, {result['driver']}, {result['size'][0]}x{result['size'][1]}, {result['date']}",
                     fontsize=9)
     figure.tight_layout()

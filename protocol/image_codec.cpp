@@ -3,12 +3,14 @@
 
 #include <png.h>
 #include <turbojpeg.h>
+#include <webp/encode.h>
 
 #include <algorithm>
 #include <bit>
 #include <csetjmp>
 #include <cstring>
 #include <memory>
+#include <new>
 
 #include "protocol/output_picture.h"
 #include "volume/error.h"
@@ -18,6 +20,8 @@ namespace {
 
 constexpr int kPngLevel = 2;
 constexpr int kFullChromaQuality = 90;
+constexpr int kWebpMethod = 2;         // 0 (fastest) to 6; below 2 libwebp refuses large noisy pictures
+constexpr int kWebpLosslessLevel = 1;  // 0 (fastest) to 9; 0 is no smaller than PNG
 
 struct PngOutput {
   std::vector<std::byte> bytes;
@@ -162,6 +166,53 @@ std::vector<std::byte> encodeJpeg(const Frame& frame, Pixels source, int quality
   return {begin, begin + size};
 }
 
+struct WebpDelete {
+  void operator()(WebPPicture* picture) const { WebPPictureFree(picture); }
+};
+struct WebpClear {
+  void operator()(WebPMemoryWriter* writer) const { WebPMemoryWriterClear(writer); }
+};
+
+WebPConfig webpConfig(int quality) {
+  WebPConfig config;
+  if (WebPConfigInit(&config) == 0) failData("webp: this libwebp is not the one that was built against");
+  if (quality == kLosslessWebp) {
+    WebPConfigLosslessPreset(&config, kWebpLosslessLevel);
+    config.exact = 1;  // colours without opacity too
+  } else {
+    config.quality = static_cast<float>(quality);
+    config.method = kWebpMethod;
+    config.alpha_filtering = 0;
+  }
+  return config;
+}
+
+[[noreturn]] void failWebp(WebPEncodingError error) {
+  if (error == VP8_ENC_ERROR_OUT_OF_MEMORY || error == VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY) throw std::bad_alloc();
+  failData("webp: libwebp refused the image (error {})", static_cast<int>(error));
+}
+
+std::vector<std::byte> encodeWebp(const Frame& frame, Pixels pixels, int quality) {
+  const WebPConfig config = webpConfig(quality);
+  WebPPicture picture;
+  if (WebPPictureInit(&picture) == 0) failData("webp: this libwebp is not the one that was built against");
+  const std::unique_ptr<WebPPicture, WebpDelete> kept(&picture);
+  WebPMemoryWriter writer;
+  WebPMemoryWriterInit(&writer);
+  const std::unique_ptr<WebPMemoryWriter, WebpClear> written(&writer);
+  picture.width = frame.width;
+  picture.height = frame.height;
+  picture.use_argb = config.lossless;
+  picture.writer = WebPMemoryWrite;
+  picture.custom_ptr = &writer;
+  const auto* bytes = reinterpret_cast<const std::uint8_t*>(pixels.data());
+  if (WebPPictureImportRGBA(&picture, bytes, frame.width * 4) == 0 || WebPEncode(&config, &picture) == 0) {
+    failWebp(picture.error_code);
+  }
+  const auto* begin = reinterpret_cast<const std::byte*>(writer.mem);
+  return {begin, begin + writer.size};
+}
+
 static_assert(std::endian::native == std::endian::little);
 
 template <typename Value>
@@ -176,6 +227,8 @@ std::vector<std::byte> encodeColor(const Frame& frame, Pixels pixels, ImageForma
       return encodePng(frame, pixels);
     case ImageFormat::jpeg:
       return encodeJpeg(frame, pixels, quality);
+    case ImageFormat::webp:
+      return encodeWebp(frame, pixels, quality);
     case ImageFormat::raw:
       return encodeRaw(pixels);
   }
@@ -185,6 +238,7 @@ std::vector<std::byte> encodeColor(const Frame& frame, Pixels pixels, ImageForma
 }  // namespace
 
 std::vector<std::byte> encodeImage(const Frame& frame, ImageFormat format, int quality) {
+  if (quality < 1 || quality > 100) failData("quality: {} is not in 1..100", quality);
   const auto pixels = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
   if (frame.output == Output::color) {
     BLOCKWALK_CHECK(frame.pixels.size(), ==, pixels);
@@ -207,6 +261,8 @@ std::string_view imageMimeType(ImageFormat format) {
       return "image/png";
     case ImageFormat::jpeg:
       return "image/jpeg";
+    case ImageFormat::webp:
+      return "image/webp";
     case ImageFormat::raw:
       return "application/octet-stream";
   }
@@ -219,6 +275,8 @@ std::string_view imageFormatName(ImageFormat format) {
       return "png";
     case ImageFormat::jpeg:
       return "jpeg";
+    case ImageFormat::webp:
+      return "webp";
     case ImageFormat::raw:
       return "raw";
   }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Readable pictures of a frame's numbers (docs/integration.md, "Outputs"): what png and jpeg show of depth, position
-// and cost.
+// Readable pictures of a frame's numbers (docs/integration.md, "Outputs"): what png, jpeg and webp show of depth,
+// position and cost.
 #pragma once
 
 #include <cstdint>

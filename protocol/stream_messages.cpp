@@ -153,6 +153,7 @@ std::vector<std::byte> frameMessage(const FrameHeader& header, std::span<const s
                                       {"level", header.level},
                                       {"final", header.final},
                                       {"scale", header.scale},
+                                      {"samples", header.samples},
                                       {"gpu_ms", header.gpu_ms},
                                       {"encode_ms", header.encode_ms},
                                       {"dropped", header.dropped}});
@@ -181,6 +182,7 @@ ParsedFrame parseFrameMessage(std::span<const std::byte> message) {
                        .level = object.at("level").get<int>(),
                        .final = object.at("final").get<bool>(),
                        .scale = object.at("scale").get<double>(),
+                       .samples = object.at("samples").get<int>(),
                        .gpu_ms = object.at("gpu_ms").get<double>(),
                        .encode_ms = object.at("encode_ms").get<double>(),
                        .dropped = object.at("dropped").get<std::uint64_t>()},

@@ -40,7 +40,7 @@ constexpr std::array kFinderChoices = {Choice{"auto", Finder::automatic}, Choice
 constexpr std::array kOutputChoices = {Choice{"color", Output::color}, Choice{"depth", Output::depth},
                                        Choice{"position", Output::position}, Choice{"cost", Output::cost}};
 constexpr std::array kFormatChoices = {Choice{"png", ImageFormat::png}, Choice{"jpeg", ImageFormat::jpeg},
-                                       Choice{"raw", ImageFormat::raw}};
+                                       Choice{"webp", ImageFormat::webp}, Choice{"raw", ImageFormat::raw}};
 
 // "a, b and c"
 template <typename Value, std::size_t Size>

@@ -188,9 +188,9 @@ constexpr std::array kFields = {
     ViewField{
         "samples", "1..256", "rays a pixel, averaged (1)",
         [](ImageRequest& request, Text text) { request.view.samples = parseInteger("samples", text, 1, kMaxSamples); }},
-    ViewField{"format", "FORMAT", "png, jpeg or raw (rows of rgba8, or of f32 where output is not color) (png)",
+    ViewField{"format", "FORMAT", "png, jpeg, webp or raw (rows of rgba8, or of f32 where output is not color) (png)",
               [](ImageRequest& request, Text text) { request.format = parseChoice("format", text, kFormatChoices); }},
-    ViewField{"quality", "1..100", "jpeg quality (85)",
+    ViewField{"quality", "1..100", "jpeg and webp quality; 100 is lossless in webp (85)",
               [](ImageRequest& request, Text text) { request.quality = parseInteger("quality", text, 1, 100); }},
 };
 

@@ -13,13 +13,15 @@
 
 namespace blockwalk {
 
-enum class ImageFormat : std::uint8_t { png, jpeg, raw };
+enum class ImageFormat : std::uint8_t { png, jpeg, webp, raw };
+
+constexpr int kLosslessWebp = 100;  // the quality of WebP that is lossless
 
 // A view and how its image is to be encoded.
 struct ImageRequest {
   View view;
   ImageFormat format = ImageFormat::png;
-  int quality = 85;  // 1..100, jpeg
+  int quality = 85;  // 1..100, jpeg and webp
   bool operator==(const ImageRequest&) const = default;
 };
 

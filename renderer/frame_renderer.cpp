@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <utility>
 
 namespace blockwalk {
 namespace {
@@ -24,8 +25,12 @@ void fillBackground(const View& view, Frame& frame) {
 
 }  // namespace
 
-FrameRenderer::FrameRenderer(Device& device, double band_ms)
-    : device_(device), band_ms_(band_ms), kernels_(device), ms_per_pixel_(device.isSoftware() ? 1e-3 : 1e-5) {
+FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
+    : device_(device),
+      band_ms_(options.band_ms),
+      kernels_(device),
+      kept_sums_(device, options.kept_sum_bytes),
+      ms_per_pixel_(device.isSoftware() ? 1e-3 : 1e-5) {
   if (device.rayQuery()) unit_box_ = buildUnitBox(device);
   const auto& handle = device.handle();
   pool_ = handle.createCommandPool(
@@ -37,12 +42,12 @@ FrameRenderer::FrameRenderer(Device& device, double band_ms)
   counters_ = Buffer(device, sizeof(gpu::GpuCounters), BufferUse::readback);
 }
 
-void FrameRenderer::reserveOutputs(std::size_t pixels, const Plan& plan) {
+void FrameRenderer::reserveOutputs(std::size_t pixels, const Plan& plan, const SampleRun& run) {
   const std::size_t band = std::min(pixels, kMaxBandPixels);
   if (pixels_.bytes() < band * sizeof(std::uint32_t))
     pixels_ = Buffer(device_, band * sizeof(std::uint32_t), BufferUse::readback);
-  if (plan.key.antialias != 0 && sums_.bytes() < band * sizeof(glm::vec4)) {
-    sums_ = Buffer(device_, band * sizeof(glm::vec4), BufferUse::resident);
+  if (plan.key.antialias != 0 && run.kept == nullptr && sums_.bytes() < band * kSumBytes) {
+    sums_ = Buffer(device_, band * kSumBytes, BufferUse::resident);
   }
   if (plan.key.probe != 0 && probes_.bytes() < band * sizeof(gpu::GpuProbe)) {
     probes_ = Buffer(device_, band * sizeof(gpu::GpuProbe), BufferUse::readback);
@@ -157,11 +162,11 @@ double FrameRenderer::runBand(const Plan& plan, int width, const Band& band) {
   return static_cast<double>(elapsed) * device_.timestampPeriodNs() * 1e-6;
 }
 
-// All samples of a band, as many a submission as fit the time of one; false when cancelled.
-bool FrameRenderer::drawSamples(const Plan& plan, const RenderOptions& options, Band band, int samples, Frame& frame) {
+// The band's samples up to `end`, as many a submission as fit the time of one; false when cancelled.
+bool FrameRenderer::drawSamples(const Plan& plan, const RenderOptions& options, Band band, int end, Frame& frame) {
   const double pixels = static_cast<double>(frame.width) * band.row_count;
   band.sample_count = 1;
-  while (band.sample_begin < samples) {
+  while (band.sample_begin < end) {
     if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) {
       frame.cancelled = true;
       return false;
@@ -171,13 +176,13 @@ bool FrameRenderer::drawSamples(const Plan& plan, const RenderOptions& options, 
     ms_per_pixel_ = std::max(ms, 1e-4) / (pixels * band.sample_count);
     band.sample_begin += band.sample_count;
     const double fitting = std::min(band_ms_ / (ms_per_pixel_ * pixels), 4.0 * band.sample_count);
-    band.sample_count = std::clamp(static_cast<int>(fitting), 1, std::max(1, samples - band.sample_begin));
+    band.sample_count = std::clamp(static_cast<int>(fitting), 1, std::max(1, end - band.sample_begin));
   }
   return true;
 }
 
-void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values, int samples,
-                              Frame& frame) {
+void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values,
+                              const SampleRun& run, Frame& frame) {
   const auto width = static_cast<std::size_t>(frame.width);
   const int most_rows = static_cast<int>(std::max<std::size_t>(1, kMaxBandPixels / width));
   int last_rows = 0;
@@ -187,9 +192,14 @@ void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, co
     rows = (rows + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide;
     if (last_rows > 0) rows = std::min(rows, 4 * last_rows);  // a cheap band of sky must not make the next one long
     rows = std::min({rows, most_rows, frame.height - row});
-    if (!drawSamples(plan, options, {.row_begin = row, .row_count = rows}, samples, frame)) return;
     const std::size_t pixels = width * static_cast<std::size_t>(rows);
     const std::size_t first = width * static_cast<std::size_t>(row);
+    if (run.kept != nullptr) {
+      // The kernel counts pixels from the band's first. No dispatch is under way that reads this.
+      params_.mappedAs<gpu::FrameParams>()[0].sums = run.kept->sums.address() + first * kSumBytes;
+    }
+    const Band band{.row_begin = row, .row_count = rows, .sample_begin = run.begin};
+    if (!drawSamples(plan, options, band, run.end, frame)) return;
     const auto words = pixels_.mappedAs<std::uint32_t>().first(pixels);
     if (frame.output == Output::color) {
       std::ranges::copy(words, frame.pixels.begin() + static_cast<std::ptrdiff_t>(first));
@@ -224,6 +234,51 @@ void FrameRenderer::prepare(VulkanVolume& volume, const View& view) {
   if (!plan.is_blank) bindVolume(volume, view, plan);
 }
 
+FrameRenderer::SampleRun FrameRenderer::startRun(const VulkanVolume& volume, const View& view, const Plan& plan,
+                                                 const RenderOptions& options) {
+  if (!options.step) return {.begin = 0, .end = view.samples};
+  const SampleStep& step = *options.step;
+  BLOCKWALK_CHECK(step.begin, >=, 0);
+  BLOCKWALK_CHECK(step.end, >, step.begin);
+  BLOCKWALK_CHECK(step.end, <=, view.samples);
+  SampleRun run{.begin = 0, .end = step.end};
+  if (plan.key.antialias != 0) run.kept = kept_sums_.take(step, volume.serial(), view);
+  // Until the step is whole some bands have more samples than others.
+  if (run.kept != nullptr) run.begin = std::exchange(run.kept->samples, 0);
+  return run;
+}
+
+void FrameRenderer::finishRun(const SampleRun& run, const View& view, const Frame& frame) {
+  if (run.kept == nullptr) return;
+  if (frame.cancelled || run.end == view.samples) return kept_sums_.drop(run.kept->owner);
+  run.kept->samples = run.end;
+  run.kept->counters = counters_.mappedAs<gpu::GpuCounters>()[0];
+  run.kept->gpu_ms = frame.stats.gpu_ms;
+  run.kept->total_ms = frame.stats.total_ms;
+}
+
+void FrameRenderer::draw(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
+                         const OutputValues& values, const SampleRun& run, Frame& frame) {
+  reserveOutputs(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height), plan, run);
+  params_.mappedAs<gpu::FrameParams>()[0] = bindVolume(volume, view, plan);
+  const auto counters = counters_.mappedAs<gpu::GpuCounters>();
+  counters[0] = {};
+  RenderStats& stats = frame.stats;
+  if (run.begin > 0) {
+    counters[0] = run.kept->counters;
+    stats.gpu_ms = run.kept->gpu_ms;
+    stats.total_ms = run.kept->total_ms;
+  }
+  frame.samples_drawn = run.end - run.begin;
+  drawBands(plan, options, values, run, frame);
+  stats.queries = sum(counters[0].queries);
+  stats.block_visits = sum(counters[0].block_visits);
+  stats.subblock_visits = sum(counters[0].subblock_visits);
+  stats.voxel_steps = sum(counters[0].voxel_steps);
+  stats.loop_bound_hits = sum(counters[0].loop_bound_hits);
+  stats.non_finite = sum(counters[0].non_finite);
+}
+
 Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const RenderOptions& options) {
   const auto start = std::chrono::steady_clock::now();
   Plan plan = blockwalk::plan(view, volume.info(), traits(), options.count, options.probe);
@@ -236,28 +291,21 @@ Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const Render
   values.prepare(frame);
   if (options.probe) frame.probes.resize(pixels);
   RenderStats& stats = frame.stats;
-  stats.rays = pixels * static_cast<std::size_t>(view.samples);
+  stats.rays = pixels * static_cast<std::size_t>(options.step ? options.step->end : view.samples);
   stats.finder = plan.key.finder == gpu::kFinderQuery ? "query" : "grid";
   stats.walk = view.walk;
   stats.cull = view.cull;
   stats.level = plan.level;
   stats.kernel = plan.is_blank ? "blank" : (plan.general ? "general " : "") + describe(plan.key);
+  SampleRun run;
   if (plan.is_blank) {
     if (view.output == Output::color) fillBackground(view, frame);
   } else {
-    reserveOutputs(pixels, plan);
-    params_.mappedAs<gpu::FrameParams>()[0] = bindVolume(volume, view, plan);
-    const auto counters = counters_.mappedAs<gpu::GpuCounters>();
-    counters[0] = {};
-    drawBands(plan, options, values, view.samples, frame);
-    stats.queries = sum(counters[0].queries);
-    stats.block_visits = sum(counters[0].block_visits);
-    stats.subblock_visits = sum(counters[0].subblock_visits);
-    stats.voxel_steps = sum(counters[0].voxel_steps);
-    stats.loop_bound_hits = sum(counters[0].loop_bound_hits);
-    stats.non_finite = sum(counters[0].non_finite);
+    run = startRun(volume, view, plan, options);
+    draw(volume, view, plan, options, values, run, frame);
   }
-  stats.total_ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  stats.total_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  finishRun(run, view, frame);
   return frame;
 }
 

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Draws frames: plans, makes resident, and runs the kernel band by band and sample by sample, so that no dispatch is
-// long.
+// long. Of a refinement it draws the samples that are new and adds them to the sums it kept.
 #pragma once
 
 #include "renderer/frame_params.h"
+#include "renderer/kept_sums.h"
 #include "renderer/kernels.h"
 #include "renderer/output_values.h"
 #include "renderer/resident_volume.h"
@@ -13,7 +14,7 @@ namespace blockwalk {
 
 class FrameRenderer {
  public:
-  FrameRenderer(Device& device, double band_ms);
+  FrameRenderer(Device& device, const DeviceOptions& options);
 
   Frame render(VulkanVolume& volume, const View& view, const RenderOptions& options);
   // Makes resident what the view needs, without drawing.
@@ -32,11 +33,22 @@ class FrameRenderer {
     int sample_begin = 0;
     int sample_count = 1;
   };
-  void reserveOutputs(std::size_t pixels, const Plan& plan);
+  // Which samples to draw, and where their sums are: kept for the whole picture, or else a band's alone.
+  struct SampleRun {
+    int begin = 0;
+    int end = 1;
+    KeptPicture* kept = nullptr;
+  };
+  SampleRun startRun(const VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options);
+  void finishRun(const SampleRun& run, const View& view, const Frame& frame);
+  void reserveOutputs(std::size_t pixels, const Plan& plan, const SampleRun& run);
   void recordDispatches(const Plan& plan, int width, const Band& band);
   double runBand(const Plan& plan, int width, const Band& band);
-  bool drawSamples(const Plan& plan, const RenderOptions& options, Band band, int samples, Frame& frame);
-  void drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values, int samples, Frame& frame);
+  bool drawSamples(const Plan& plan, const RenderOptions& options, Band band, int end, Frame& frame);
+  void drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values, const SampleRun& run,
+                 Frame& frame);
+  void draw(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
+            const OutputValues& values, const SampleRun& run, Frame& frame);
 
   // What a channel's baked transfer function depends on, and its tables on the device.
   struct TableKey {
@@ -71,7 +83,8 @@ class FrameRenderer {
   Buffer params_;
   Buffer counters_;
   Buffer pixels_;
-  Buffer sums_;
+  Buffer sums_;  // of a band
+  KeptSums kept_sums_;
   Buffer probes_;
   std::array<BoundTable, kMaxChannels> tables_;  // by the channel's number in the volume
   double ms_per_pixel_;                          // of the last band, to size the next

@@ -11,7 +11,7 @@ namespace {
 class VulkanRenderer final : public Renderer {
  public:
   explicit VulkanRenderer(const DeviceOptions& options)
-      : device_(options), frames_(device_, options.band_ms), chunk_bytes_(options.chunk_bytes) {
+      : device_(options), frames_(device_, options), chunk_bytes_(options.chunk_bytes) {
     if (!device_.rayQuery()) {
       device_.note(fmt::format("{}: no ray queries{}; the grid finder serves everything", device_.info().name,
                                options.allow_ray_query ? "" : " (hidden)"));

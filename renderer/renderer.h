@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,7 +28,9 @@ struct DeviceOptions {
   bool validation = false;      // Khronos validation with synchronisation validation; messages go to `onMessage`
   std::uint64_t chunk_bytes = std::uint64_t{256} << 20;  // one allocation of voxels; lowered to what the device allows
   double band_ms = 25;                                   // frames are cut into bands of about this device time
-  std::function<void(const std::string&)> on_message;    // validation messages and one-time notes
+  // Of sums that refinements keep between their steps, all together (renderer/kept_sums.h).
+  std::uint64_t kept_sum_bytes = std::uint64_t{256} << 20;
+  std::function<void(const std::string&)> on_message;  // validation messages and one-time notes
 };
 
 struct DeviceInfo {
@@ -44,9 +47,10 @@ struct DeviceInfo {
 // Every device that could be chosen, best first; for --help and messages.
 std::vector<DeviceInfo> listDevices();
 
+// Times and counts are of all samples that the frame shows, those of a refinement's earlier steps too.
 struct RenderStats {
   double gpu_ms = 0;          // sum over the bands, by timestamp queries
-  double total_ms = 0;        // wall time of the call
+  double total_ms = 0;        // wall time of the calls
   std::uint64_t rays = 0;     // pixels times samples
   std::uint64_t queries = 0;  // times the finder was asked
   std::uint64_t block_visits = 0;
@@ -75,6 +79,7 @@ struct Frame {
   std::vector<Probe> probes;
   RenderStats stats;
   bool cancelled = false;  // then pixels and values are incomplete
+  int samples_drawn = 0;   // a pixel, by this call: more than its step has where the sums had to be taken anew
   Output output = Output::color;
   // Instead of pixels, where output is not color, row by row: depth (1 a pixel, +infinity: nothing), position (3, NaN:
   // nothing), cost (1, whole numbers).
@@ -85,6 +90,19 @@ struct Frame {
   glm::dvec3 values_max{0};
 };
 
+constexpr std::uint64_t kSumBytes = 16;  // of a pixel's sum of samples
+// A picture of more pixels keeps no sums: a refinement should draw all its samples in one step.
+constexpr std::int64_t kMaxRefinedPixels = (std::int64_t{256} << 20) / static_cast<std::int64_t>(kSumBytes);
+
+// A step of a refinement: the same view is drawn several times, each time with more of its samples, and the sums of
+// those drawn before are kept. The picture is bit for bit that of `end` samples drawn at once, also where the sums were
+// lost, to memory or to another view, and all samples are drawn again.
+struct SampleStep {
+  std::uint64_t owner = 0;  // whose sums; each owner refines one view at a time
+  int begin = 0;            // samples that the owner's last step of this view ended with; 0: this is its first
+  int end = 1;              // greater than `begin`, at most the view's samples
+};
+
 struct RenderOptions {
   bool count = true;   // fill the counters of RenderStats; off makes the kernel a little faster
   bool probe = false;  // fill Frame::probes
@@ -92,6 +110,7 @@ struct RenderOptions {
   // specialisation is worth.
   bool general = false;
   const std::atomic<bool>* cancel = nullptr;  // looked at between bands, and between samples of one
+  std::optional<SampleStep> step = {};        // none: all samples at once
 };
 
 // A piece of a volume on the device.

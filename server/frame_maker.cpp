@@ -66,6 +66,7 @@ boost::asio::awaitable<MadeFrame> FrameMaker::make(FrameOrder order) {
     renderer_.submit(order.client, {.volume = order.volume,
                                     .view = order.view,
                                     .count = order.count,
+                                    .step = order.step,
                                     .cancel = order.cancel,
                                     .done = std::move(done)});
   };
@@ -78,7 +79,7 @@ boost::asio::awaitable<MadeFrame> FrameMaker::make(FrameOrder order) {
                  .encode_ms = 0,
                  .bytes = {},
                  .room = {}};
-  state_.counters.render_seconds += made.stats.total_ms / 1000;
+  state_.counters.render_seconds += rendered.took_ms / 1000;
   if (made.cancelled) {
     ++state_.counters.cancelled_frames;
     co_return made;

@@ -7,6 +7,7 @@
 #include <boost/asio/thread_pool.hpp>
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "protocol/view_fields.h"
 #include "server/http_message.h"
@@ -22,6 +23,7 @@ struct FrameOrder {
   ImageFormat format = ImageFormat::png;
   int quality = 85;
   bool count = true;
+  std::optional<SampleStep> step = {};  // of a refinement
   std::shared_ptr<std::atomic<bool>> cancel;
 };
 

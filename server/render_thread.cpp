@@ -109,7 +109,7 @@ RenderResult RenderThread::renderFrame(const RenderJob& job) {
   try {
     if (volumes_[job.volume] == nullptr) throw VolumeError(failures_[job.volume]);
     result.frame = renderer_->render(*volumes_[job.volume], job.view,
-                                     {.count = job.count, .probe = false, .cancel = job.cancel.get()});
+                                     {.count = job.count, .cancel = job.cancel.get(), .step = job.step});
     tellDevice();
   } catch (const ViewError&) {
     result.error = std::current_exception();
@@ -134,6 +134,7 @@ void RenderThread::renderOne(std::uint64_t client, RenderJob job) {
     queue_.charge(client, took.count());
     running_cancel_.reset();
   }
+  result.took_ms = took.count();
   job.done(std::move(result));
 }
 

@@ -13,6 +13,7 @@
 #include <future>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -26,6 +27,7 @@ using RendererFactory = std::function<std::unique_ptr<Renderer>()>;
 
 struct RenderResult {
   Frame frame;
+  double took_ms = 0;
   std::exception_ptr error;  // then there is no frame
 };
 
@@ -33,6 +35,7 @@ struct RenderJob {
   std::size_t volume = 0;  // index of the file
   View view;
   bool count = true;
+  std::optional<SampleStep> step;
   std::shared_ptr<std::atomic<bool>> cancel;
   std::function<void(RenderResult)> done;  // called once, unless the thread is stopped first
 };

@@ -19,14 +19,15 @@ Clock::duration seconds(double value) {
 
 }  // namespace
 
-bool StreamPace::setView(std::uint64_t id, int quality, Clock::time_point now) {
+bool StreamPace::setView(std::uint64_t id, const StillPicture& still, Clock::time_point now) {
   if (has_view_ && id <= newest_id_) return false;
   newest_id_ = id;
   has_view_ = true;
   ++views_waiting_;
   view_time_ = now;
-  if (quality != full_quality_) quality_ = quality;
-  full_quality_ = quality;
+  if (still.quality != still_.quality) quality_ = still.quality;
+  still_ = still;
+  still_samples_ = 0;
   return true;
 }
 
@@ -56,9 +57,12 @@ PaceStep StreamPace::next(Clock::time_point now) {
   PaceStep step{.kind = is_shown ? PaceStep::Kind::still : PaceStep::Kind::moving, .when = now, .id = newest_id_};
   if (step.kind == PaceStep::Kind::moving) {
     step.scale = scale_;
-    step.quality = std::min(quality_, full_quality_);
+    step.quality = std::min(quality_, still_.quality);
   } else {
-    step.quality = full_quality_;
+    step.quality = still_.quality;
+    step.samples_begin = still_samples_;
+    step.samples_end = still_.in_steps ? std::min(std::max(1, 2 * still_samples_), still_.samples) : still_.samples;
+    step.is_last = step.samples_end == still_.samples;
   }
   const auto when = std::max(due, link_free_);
   if (when > now) return {.kind = PaceStep::Kind::wait, .when = when};
@@ -81,7 +85,8 @@ void StreamPace::frameSent(const PaceStep& step, double cost_ms, std::size_t byt
   }
   has_shown_ = true;
   shown_id_ = step.id;
-  shown_final_ = step.kind == PaceStep::Kind::still;
+  shown_final_ = step.is_last;
+  if (step.kind == PaceStep::Kind::still && step.id == newest_id_) still_samples_ = step.samples_end;
   in_flight_.push_back(step.id);
   if (limits_.max_bytes_per_second) {
     const double share = static_cast<double>(bytes) / static_cast<double>(*limits_.max_bytes_per_second);
@@ -122,7 +127,7 @@ void StreamPace::judgeLink(std::size_t bytes, Clock::time_point now) {
   const double frame_bytes = static_cast<double>(bytes);
   const double allowed =
       limits_.max_bytes_per_second ? static_cast<double>(*limits_.max_bytes_per_second) / limits_.fps : 2 * frame_bytes;
-  const int lowest = std::min(kLowestQuality, full_quality_);
+  const int lowest = std::min(kLowestQuality, still_.quality);
   if (was_blocked_ || frame_bytes > allowed) {
     free_frames_ = 0;
     held_up_frames_ = quality_ == lowest ? held_up_frames_ + 1 : 0;
@@ -136,8 +141,8 @@ void StreamPace::judgeLink(std::size_t bytes, Clock::time_point now) {
   } else {
     held_up_frames_ = 0;
     if (++free_frames_ >= kFreeFrames) link_pause_.length = link_pause_.first;
-    if (frame_bytes < kRaiseMargin * allowed) quality_ = std::min(full_quality_, quality_ + kQualityUp);
-    if (quality_ == full_quality_ && now >= link_pause_.end) raiseScale(now);
+    if (frame_bytes < kRaiseMargin * allowed) quality_ = std::min(still_.quality, quality_ + kQualityUp);
+    if (quality_ == still_.quality && now >= link_pause_.end) raiseScale(now);
   }
   was_blocked_ = false;
 }

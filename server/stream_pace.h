@@ -3,7 +3,8 @@
 // without sockets and without a clock of its own.
 //
 // While views keep coming, frames are drawn at a scale (1, 1/2, 1/4, 1/8) and a quality that hold the target rate. Once
-// the view has stood still, one more frame follows: full resolution, lossless.
+// the view has stood still, it is refined at full resolution in steps: of 1, 2, 4, 8 ... samples a pixel and at last of
+// all that it asks for. Steps follow each other as fast as the client acknowledges them.
 //
 // The scale goes down when two frames in a row are too slow (one may be: it loaded something), or when the client does
 // not keep up at the lowest quality. It goes up when even a cost that grows with the pixels would fit. A part of the
@@ -34,6 +35,16 @@ struct PaceStep {
   std::uint64_t id = 0;                               // the view to draw
   double scale = 1;
   int quality = 85;
+  int samples_begin = 0;  // still: of the view's, that the step before ended with; 0: it is the first
+  int samples_end = 1;    // that the frame shows
+  bool is_last = false;   // still: the view's own picture
+};
+
+// What the still picture of a view takes.
+struct StillPicture {
+  int quality = 85;
+  int samples = 1;
+  bool in_steps = true;  // false: all samples in one
 };
 
 class StreamPace {
@@ -45,7 +56,7 @@ class StreamPace {
   explicit StreamPace(const PaceLimits& limits) : limits_(limits) {}
 
   // False, and nothing changes, unless `id` is greater than every id before.
-  bool setView(std::uint64_t id, int quality, Clock::time_point now);
+  bool setView(std::uint64_t id, const StillPicture& still, Clock::time_point now);
   void setLimits(std::optional<double> fps, std::optional<std::uint64_t> max_bytes_per_second);
   // False when no frame of this id, or a newer one, was sent.
   bool acknowledge(std::uint64_t id);
@@ -91,7 +102,8 @@ class StreamPace {
   bool shown_final_ = false;
   std::uint64_t views_waiting_ = 0;  // came since the view that was shown last
   std::uint64_t dropped_views_ = 0;
-  int full_quality_ = 85;  // asked for
+  StillPicture still_;     // of the newest view
+  int still_samples_ = 0;  // that its steps have shown
   int quality_ = 85;
   double scale_ = 0.5;                       // the first frame's cost is unknown
   std::optional<double> last_cost_ms_ = {};  // of the newest frame at this scale

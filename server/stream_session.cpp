@@ -28,6 +28,11 @@ using boost::system::error_code;
 constexpr int kMaxBadMessages = 256;  // in a row
 constexpr std::chrono::milliseconds kRoomTime{20};
 
+// Whether sums are kept between the steps of a refinement; else it has one step.
+bool keepsSums(const View& view) {
+  return view.samples > 1 && std::int64_t{view.width} * view.height <= kMaxRefinedPixels;
+}
+
 class StreamSession final : public OpenStream, public std::enable_shared_from_this<StreamSession> {
  public:
   StreamSession(WebSocket socket, ServerContext& context, std::size_t volume, std::unique_ptr<SessionPlace> place);
@@ -188,7 +193,9 @@ void StreamSession::apply(const ViewMessage& message) {
     throw MessageError({.status = 400, .detail = error.what(), .field = error.field}, message.id);
   }
   const auto now = Clock::now();
-  if (!pace_.setView(message.id, changed.quality, now)) {
+  const StillPicture still{
+      .quality = changed.quality, .samples = changed.view.samples, .in_steps = keepsSums(changed.view)};
+  if (!pace_.setView(message.id, still, now)) {
     throw MessageError({.status = 400,
                         .detail = fmt::format("id: must be greater than {}, the newest view's", pace_.newestId()),
                         .field = "id"},
@@ -235,16 +242,26 @@ FrameOrder StreamSession::orderOf(const PaceStep& step) const {
                    .format = request_.format,
                    .quality = step.quality,
                    .count = true,
+                   .step = {},
                    .cancel = cancel_};
-  if (step.kind == PaceStep::Kind::still) return order;
+  if (!step.is_last) {
+    // JPEG is the quickest to make and send, but it has no opacity.
+    const bool opaque = request_.view.background[3] == 255;
+    if (request_.format == ImageFormat::png && opaque) order.format = ImageFormat::jpeg;
+    // Lossless WebP takes several times as long as lossy.
+    if (request_.format == ImageFormat::webp) order.quality = std::min(order.quality, kLosslessWebp - 1);
+  }
+  if (step.kind == PaceStep::Kind::still) {
+    if (keepsSums(request_.view)) {
+      order.step = SampleStep{.owner = client_, .begin = step.samples_begin, .end = step.samples_end};
+    }
+    return order;
+  }
   const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * step.scale))); };
   order.view.width = scaled(request_.view.width);
   order.view.height = scaled(request_.view.height);
   order.view.samples = 1;
   order.count = false;
-  // JPEG is the quickest to make and send, but it has no opacity.
-  const bool opaque = request_.view.background[3] == 255;
-  if (request_.format == ImageFormat::png && opaque) order.format = ImageFormat::jpeg;
   return order;
 }
 
@@ -276,20 +293,20 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
   const auto now = Clock::now();
   const double cost_ms = std::chrono::duration<double, std::milli>(now - paint_begin_).count();
   pace_.frameSent(step, cost_ms, made.bytes.size(), now);
-  const bool final = step.kind == PaceStep::Kind::still;
   const FrameHeader header{.id = step.id,
                            .seq = ++last_seq_,
                            .width = made.width,
                            .height = made.height,
                            .format = std::string(imageFormatName(order.format)),
                            .level = made.stats.level,
-                           .final = final,
+                           .final = step.is_last,
                            .scale = step.scale,
+                           .samples = step.samples_end,
                            .gpu_ms = made.stats.gpu_ms,
                            .encode_ms = made.encode_ms,
                            .dropped = pace_.droppedViews()};
   outbox_.put({.message = frameMessage(header, made.bytes),
-               .text_after = final ? statsMessage(step.id, last_seq_, made.stats) : std::string(),
+               .text_after = step.is_last ? statsMessage(step.id, last_seq_, made.stats) : std::string(),
                .room = std::move(made.room)});
 }
 

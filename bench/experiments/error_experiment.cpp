@@ -1,23 +1,29 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <turbojpeg.h>
+#include <webp/decode.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
-#include <ctime>
 #include <nlohmann/json.hpp>
 
 #include "bench/experiments/experiments.h"
 #include "bench/experiments/image_error.h"
+#include "bench/experiments/record.h"
 #include "bench/experiments/scene_files.h"
 #include "protocol/image_codec.h"
 #include "tests/reference/converged.h"
+#include "tests/reference/pixel_mean.h"
 
 namespace blockwalk::bench {
 namespace {
 
 using nlohmann::json;
+
+// What a picture is held against: the integral along the rays through the pixels' centres, or its mean over the pixels'
+// areas.
+enum class Truth { centre, pixel };
 
 // One setting of one knob; everything else is as in the default picture.
 struct Setting {
@@ -26,7 +32,9 @@ struct Setting {
   bool is_default = false;
   View view;
   int scale = 1;    // rendered at a 1/scale of the size each way, and enlarged
-  int quality = 0;  // through JPEG of this quality, 0: not
+  int quality = 0;  // through a codec at this quality, 0: not
+  ImageFormat codec = ImageFormat::jpeg;
+  Truth truth = Truth::centre;
 };
 
 // The default picture of a scientific view: linear filter, step 1/2, post-classified.
@@ -70,7 +78,22 @@ std::vector<Setting> settingsFor(const View& base, const VolumeInfo& info) {
     add("scale", fmt::format("1/{}", scale), scale == 1, [&](Setting& s) { s.scale = scale; });
   }
   for (int quality : {30, 50, 70, 85, 95}) {
-    add("jpeg", fmt::format("{}", quality), quality == 85, [&](Setting& s) { s.quality = quality; });
+    for (ImageFormat codec : {ImageFormat::jpeg, ImageFormat::webp}) {
+      add(std::string(imageFormatName(codec)), fmt::format("{}", quality), quality == 85, [&](Setting& s) {
+        s.quality = quality;
+        s.codec = codec;
+      });
+    }
+  }
+  add("webp", fmt::format("{}", kLosslessWebp), false, [](Setting& s) {
+    s.quality = kLosslessWebp;
+    s.codec = ImageFormat::webp;
+  });
+  for (int samples : {1, 2, 4, 8, 16}) {
+    add("samples", fmt::format("{}", samples), samples == base.samples, [&](Setting& s) {
+      s.view.samples = samples;
+      s.truth = Truth::pixel;
+    });
   }
   return settings;
 }
@@ -99,9 +122,7 @@ std::vector<std::uint32_t> enlarged(const std::vector<std::uint32_t>& pixels, in
   return result;
 }
 
-std::vector<std::uint32_t> throughJpeg(const Frame& frame, int quality, std::size_t& bytes) {
-  const std::vector<std::byte> file = encodeImage(frame, ImageFormat::jpeg, quality);
-  bytes = file.size();
+std::vector<std::uint32_t> decodedJpeg(const Frame& frame, const std::vector<std::byte>& file) {
   std::vector<std::uint32_t> pixels(frame.pixels.size());
   const tjhandle decoder = tjInitDecompress();
   const int result = tjDecompress2(
@@ -112,30 +133,54 @@ std::vector<std::uint32_t> throughJpeg(const Frame& frame, int quality, std::siz
   return pixels;
 }
 
-json measure(Renderer& renderer, ResidentVolume& volume, const Setting& setting, const reference::Image& truth,
-             int samples) {
+std::vector<std::uint32_t> decodedWebp(const Frame& frame, const std::vector<std::byte>& file) {
+  std::vector<std::uint32_t> pixels(frame.pixels.size());
+  const auto* decoded =
+      WebPDecodeRGBAInto(reinterpret_cast<const std::uint8_t*>(file.data()), file.size(),
+                         reinterpret_cast<std::uint8_t*>(pixels.data()), 4 * pixels.size(), 4 * frame.width);
+  if (decoded == nullptr) throw DataError("the WebP that was written cannot be read");
+  return pixels;
+}
+
+// Encodes and decodes; adds what that took and the bytes to `run`. The time is the median of as many as the frame's.
+void throughCodec(const Setting& setting, int repeats, Frame& frame, json& run) {
+  std::vector<std::byte> file;
+  std::vector<double> times;
+  for (int i = 0; i < repeats; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    file = encodeImage(frame, setting.codec, setting.quality);
+    times.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+  }
+  run["encode_ms"] = median(times);
+  run["bytes"] = file.size();
+  frame.pixels = setting.codec == ImageFormat::webp ? decodedWebp(frame, file) : decodedJpeg(frame, file);
+}
+
+struct Truths {
+  reference::Image centre;
+  reference::Image pixel;
+  const reference::Image& of(Truth truth) const { return truth == Truth::pixel ? pixel : centre; }
+};
+
+json measure(Renderer& renderer, ResidentVolume& volume, const Setting& setting, const Truths& truths, int repeats) {
   View view = setting.view;
   view.width = std::max(1, view.width / setting.scale);
   view.height = std::max(1, view.height / setting.scale);
   const RenderOptions options{.count = false};
   std::vector<double> times;
   Frame frame;
-  for (int i = 0; i <= samples; ++i) {
+  for (int i = 0; i <= repeats; ++i) {
     frame = renderer.render(volume, view, options);
     if (i > 0) times.push_back(frame.stats.gpu_ms);  // the first compiles and loads
   }
-  std::ranges::sort(times);
   json run{{"knob", setting.knob}, {"value", setting.value}, {"default", setting.is_default}};
-  run["ms"] = times[times.size() / 2];
+  run["ms"] = median(times);
   if (setting.scale > 1) {
     frame.pixels = enlarged(frame.pixels, view.width, view.height, setting.view.width, setting.view.height);
   }
-  if (setting.quality > 0) {
-    std::size_t bytes = 0;
-    frame.pixels = throughJpeg(frame, setting.quality, bytes);
-    run["bytes"] = bytes;
-  }
-  const ImageError error = imageError(frame.pixels, truth);
+  if (setting.quality > 0) throughCodec(setting, repeats, frame, run);
+  run["truth"] = setting.truth == Truth::pixel ? "pixel" : "centre";
+  const ImageError error = imageError(frame.pixels, truths.of(setting.truth));
   run["rmse"] = error.rmse;
   run["max"] = error.largest;
   run["psnr"] = error.psnr;
@@ -162,14 +207,8 @@ json observedOrders(const json& runs, std::string_view knob) {
 
 json runErrorExperiment(const ExperimentOptions& options) {
   const auto renderer = createRenderer(options.device);
-  const DeviceInfo device = renderer->device();
-  json result{{"experiment", "error"},
-              {"device", device.name},
-              {"driver", device.driver + " " + device.driver_version},
-              {"date", fmt::format("{:%Y-%m-%d}", fmt::gmtime(std::time(nullptr)))},
-              {"size", {options.width, options.height}},
-              {"samples", options.samples},
-              {"scenes", json::array()}};
+  json result = newRecord("error", *renderer, options);
+  result["scenes"] = json::array();
   const SceneFiles scenes(options, {"fossil", "vessels", "cells", "smoke"});
   for (const SceneFile& scene : scenes.all()) {
     const auto say = [&](const std::string& what) {
@@ -178,12 +217,15 @@ json runErrorExperiment(const ExperimentOptions& options) {
     const VolumeFile file(scene.path);
     const View base = defaultLook(options, file.info());
     say("integrating the truth");
-    const reference::Image truth = reference::renderImageConverged(reference::volumeFromFile(file, 0), base);
+    const reference::DenseVolume dense = reference::volumeFromFile(file, 0);
+    Truths truths{.centre = reference::renderImageConverged(dense, base), .pixel = {}};
+    say("integrating its mean over the pixels");
+    truths.pixel = reference::renderImageMean(dense, base);
     const auto volume = renderer->load(VolumeFile(scene.path));
     json runs = json::array();
     for (const Setting& setting : settingsFor(base, file.info())) {
       say(setting.knob + " " + setting.value);
-      runs.push_back(measure(*renderer, *volume, setting, truth, options.samples));
+      runs.push_back(measure(*renderer, *volume, setting, truths, options.samples));
     }
     result["scenes"].push_back({{"name", scene.name},
                                 {"type", voxelTypeName(file.info().type)},

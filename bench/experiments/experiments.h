@@ -23,7 +23,8 @@ struct ExperimentOptions {
 };
 
 // Error against run time for every knob that trades one for the other. The truth is the float64 reference's integral
-// without a step; errors are in 8-bit steps.
+// without a step, along the rays through the pixels' centres; for samples its mean over the pixels. Errors are in 8-bit
+// steps. docs/accuracy.md says what the JSON holds.
 nlohmann::json runErrorExperiment(const ExperimentOptions& options);
 
 // Specialised kernels against one general kernel, alternating; SPIR-V instructions of both; bytes on the device that a

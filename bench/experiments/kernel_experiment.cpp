@@ -19,8 +19,8 @@ namespace {
 using nlohmann::json;
 
 void upperHalf(View& view, const VolumeInfo& info) {
-  const ChannelInfo& channel = info.channels[0];
-  const double lo = channel.dataFromStored(channel.density_min), hi = channel.dataFromStored(channel.density_max);
+  const ChannelInfo& values = info.channels[0];
+  const double lo = values.dataFromStored(values.density_min), hi = values.dataFromStored(values.density_max);
   view.channels[0].range = DensityRange{.lo = 0.5 * (lo + hi), .hi = hi};
 }
 

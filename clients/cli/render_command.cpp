@@ -66,8 +66,9 @@ struct RenderCommand {
     std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
     if (suffix == ".png") return ImageFormat::png;
     if (suffix == ".jpg" || suffix == ".jpeg") return ImageFormat::jpeg;
+    if (suffix == ".webp") return ImageFormat::webp;
     if (suffix == ".raw" || suffix == ".rgba") return ImageFormat::raw;
-    throw UsageError(fmt::format("-o: '{}' ends on none of .png .jpg .jpeg .raw; name a --format", output));
+    throw UsageError(fmt::format("-o: '{}' ends on none of .png .jpg .jpeg .webp .raw; name a --format", output));
   }
 
   // A format that was named takes any file, the volume's own too.
@@ -139,7 +140,9 @@ void addRenderCommand(CLI::App& app) {
   auto render = std::make_shared<RenderCommand>();
   CLI::App* command = app.add_subcommand("render", "Draw a volume into an image file");
   command->add_option("FILE|URL", render->source, "a .bwv file, or http://HOST:PORT/ID")->required();
-  command->add_option("-o", render->output, "image to write: .png, .jpg or .raw")->required()->type_name("IMAGE");
+  command->add_option("-o", render->output, "image to write: .png, .jpg, .webp or .raw")
+      ->required()
+      ->type_name("IMAGE");
   command->add_option("--stats", render->stats_file, "write the frame's counters and times")->type_name("FILE.json");
   command->add_option("--repeat", render->repeat, "draw this often and print times (1)")->check(CLI::Range(1, 100000));
   for (const ViewField& field : viewFields()) {

@@ -167,6 +167,8 @@ TEST(RoundTrip, RendersEveryFormatWithStats) {
   EXPECT_EQ(stats["loop_bound_hits"], 0);
   ASSERT_EQ(place.run("render fossil.bwv -o a.jpg --size 40x30 --quality 70").exit_code, 0);
   EXPECT_EQ(place.read("a.jpg").substr(0, 2), "\xff\xd8");
+  ASSERT_EQ(place.run("render fossil.bwv -o a.webp --size 40x30 --quality 70").exit_code, 0);
+  EXPECT_EQ(place.read("a.webp").substr(8, 4), "WEBP");
   ASSERT_EQ(place.run("render fossil.bwv -o a.raw --size 40x30 --eye -1,-2,-90 --finder grid --no-ray-query").exit_code,
             0);
   EXPECT_EQ(place.read("a.raw").size(), 4800u);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 #include <png.h>
 #include <turbojpeg.h>
+#include <webp/decode.h>
 
 #include <cmath>
 #include <cstring>
@@ -104,6 +105,96 @@ TEST(ImageCodec, JpegIsCompositedOverBlack) {
   }
 }
 
+struct DecodedWebp {
+  bool has_opacity = false;
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint32_t> pixels;
+};
+
+DecodedWebp decodeWebp(const std::vector<std::byte>& bytes) {
+  const auto* data = reinterpret_cast<const std::uint8_t*>(bytes.data());
+  WebPBitstreamFeatures features{};
+  EXPECT_EQ(WebPGetFeatures(data, bytes.size(), &features), VP8_STATUS_OK);
+  DecodedWebp decoded{.has_opacity = features.has_alpha != 0,
+                      .width = features.width,
+                      .height = features.height,
+                      .pixels = std::vector<std::uint32_t>(static_cast<std::size_t>(features.width) *
+                                                           static_cast<std::size_t>(features.height))};
+  auto* out = reinterpret_cast<std::uint8_t*>(decoded.pixels.data());
+  EXPECT_NE(WebPDecodeRGBAInto(data, bytes.size(), out, decoded.pixels.size() * 4, features.width * 4), nullptr);
+  return decoded;
+}
+
+// Root of the mean square over colour channels, 8-bit steps.
+double colorError(const std::vector<std::uint32_t>& found, const std::vector<std::uint32_t>& truth) {
+  EXPECT_EQ(found.size(), truth.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    for (int shift = 0; shift < 24; shift += 8) {
+      const int difference = static_cast<int>(found[i] >> shift & 0xff) - static_cast<int>(truth[i] >> shift & 0xff);
+      sum += difference * difference;
+    }
+  }
+  return std::sqrt(sum / (3 * static_cast<double>(truth.size())));
+}
+
+TEST(ImageCodec, WebpOfQuality100IsLossless) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {1, 70}, {8192, 1}, {300, 200}}) {
+    for (bool opaque : {true, false}) {
+      const Frame frame = gradientFrame(width, height, opaque);
+      const DecodedWebp decoded = decodeWebp(encodeImage(frame, ImageFormat::webp, 100));
+      EXPECT_EQ(decoded.width, width);
+      EXPECT_EQ(decoded.height, height);
+      EXPECT_EQ(decoded.pixels, frame.pixels);
+      EXPECT_EQ(decoded.has_opacity, !opaque);
+    }
+  }
+}
+
+TEST(ImageCodec, WebpIsCloserWithMoreQuality) {
+  Frame frame = gradientFrame(300, 200, true);
+  for (std::size_t i = 0; i < frame.pixels.size(); ++i) frame.pixels[i] ^= (i * 2654435761u >> 27 & 15u) * 0x010101u;
+  double last_error = 1e9;
+  std::size_t last_size = 0;
+  for (int quality : {1, 20, 50, 85, 99, 100}) {
+    const auto bytes = encodeImage(frame, ImageFormat::webp, quality);
+    const double error = colorError(decodeWebp(bytes).pixels, frame.pixels);
+    EXPECT_LT(error, last_error) << quality;
+    EXPECT_TRUE(quality == 100 || bytes.size() > last_size) << quality;
+    last_error = error;
+    last_size = bytes.size();
+  }
+  EXPECT_EQ(last_error, 0);
+}
+
+TEST(ImageCodec, WebpKeepsOpacityAtEveryQuality) {
+  for (int quality : {1, 35, 85}) {
+    const Frame frame = gradientFrame(300, 20, false);
+    const DecodedWebp decoded = decodeWebp(encodeImage(frame, ImageFormat::webp, quality));
+    ASSERT_TRUE(decoded.has_opacity);
+    for (std::size_t i = 0; i < frame.pixels.size(); ++i) ASSERT_EQ(decoded.pixels[i] >> 24, frame.pixels[i] >> 24);
+    EXPECT_FALSE(decodeWebp(encodeImage(gradientFrame(30, 20, true), ImageFormat::webp, quality)).has_opacity);
+  }
+}
+
+TEST(ImageCodec, WebpTakesTheNarrowestAndTheWidest) {
+  for (const auto& [width, height] : {std::pair{1, 1}, {8192, 1}, {1, 8192}}) {
+    const Frame frame = gradientFrame(width, height, true);
+    const DecodedWebp decoded = decodeWebp(encodeImage(frame, ImageFormat::webp, 85));
+    EXPECT_EQ(decoded.width, width);
+    EXPECT_EQ(decoded.height, height);
+    EXPECT_LT(colorError(decoded.pixels, frame.pixels), 3);
+  }
+}
+
+TEST(ImageCodec, AQualityThatIsNoneIsRefused) {
+  const Frame frame = gradientFrame(8, 8, true);
+  for (ImageFormat format : {ImageFormat::jpeg, ImageFormat::webp}) {
+    for (int quality : {-1, 0, 101, 1000}) EXPECT_THROW(encodeImage(frame, format, quality), DataError) << quality;
+  }
+}
+
 TEST(ImageCodec, RawIsTheRows) {
   const Frame frame = gradientFrame(5, 4, false);
   const auto bytes = encodeImage(frame, ImageFormat::raw, 85);
@@ -156,6 +247,15 @@ TEST(ImageCodec, DepthIsGreyOf8BitsInJpeg) {
   int subsampling = -1;
   const std::uint32_t pixel = decodeJpeg(encodeImage(frame, ImageFormat::jpeg, 95), subsampling).at(7);
   for (int shift = 0; shift < 24; shift += 8) EXPECT_NEAR(static_cast<int>(pixel >> shift & 0xff), 128, 1);
+}
+
+TEST(ImageCodec, NumbersInWebpAreThePicturesOfThem) {
+  const Frame depth = valuesFrame(Output::depth, 3, 1, {2, 4, kInfinity});
+  EXPECT_EQ(decodeWebp(encodeImage(depth, ImageFormat::webp, 100)).pixels,
+            (std::vector<std::uint32_t>{0xff000000u, 0xff808080u, 0xff000000u}));
+  const Frame position = valuesFrame(Output::position, 2, 1, {6, -1, 2, kNan, kNan, kNan});
+  EXPECT_EQ(decodeWebp(encodeImage(position, ImageFormat::webp, 100)).pixels,
+            (std::vector<std::uint32_t>{0xff8000ffu, 0}));
 }
 
 TEST(ImageCodec, PositionIsColoredByTheBoxAndClearWhereThereIsNothing) {

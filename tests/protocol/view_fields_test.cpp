@@ -208,7 +208,7 @@ const BadField kBadFields[] = {
     {"samples", "0"},
     {"samples", "257"},
     {"samples", "1.5"},
-    {"format", "webp"},
+    {"format", "avif"},
     {"format", "jpg"},
     {"quality", "0"},
     {"quality", "101"},

@@ -84,5 +84,19 @@ TEST(VolumeJson, DefaultViewIsAViewOfThisVolume) {
   EXPECT_FALSE(request.view.channels[0].transfer.empty());
 }
 
+TEST(VolumeJson, DefaultViewHasAnItemForEachChannel) {
+  VolumeInfo info = sampleInfo();
+  info.channels.push_back(info.channels[0]);
+  info.channels[1].density_max = info.channels[0].density_min + 1;
+  const View expected = resolveView(View{}, info);
+  ImageRequest request;
+  setViewFields(request, volumeJson(info, 1)["default_view"]);
+  for (std::size_t i = 0; i < 2; ++i) {
+    EXPECT_EQ(request.view.channels[i].range, expected.channels[i].range);
+    EXPECT_EQ(request.view.channels[i].transfer.size(), expected.channels[i].transfer.size());
+  }
+  EXPECT_NE(request.view.channels[0].range, request.view.channels[1].range);
+}
+
 }  // namespace
 }  // namespace blockwalk

@@ -167,11 +167,11 @@ Panel smoothPanel(const Scene& scene, const CutRay& cut, const Classifier& class
 
 }  // namespace
 
-Pixel renderPixelConverged(const DenseVolume& volume, const View& resolved, int x, int y) {
+Pixel renderPixelConverged(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place) {
   BLOCKWALK_CHECK(resolved.mode == Mode::blend, ==, true);
   BLOCKWALK_CHECK(resolved.filter == Filter::linear, ==, true);
   const Scene scene{.volume = volume, .view = resolved};
-  const CutRay cut = cutRay(volume, resolved, x, y);
+  const CutRay cut = cutRay(volume, resolved, x, y, place);
   Pixel pixel{.edge_distance = cut.edge_distance, .face_distance = faceDistance(cut)};
   Panel seen;
   if (cut.interval.t_max > cut.interval.t_min) {

@@ -11,8 +11,9 @@
 
 namespace blockwalk::reference {
 
-// Mode blend, filter linear; step and classification are not looked at.
-Pixel renderPixelConverged(const DenseVolume& volume, const View& resolved, int x, int y);
+// Mode blend, filter linear; step, classification and samples are not looked at.
+Pixel renderPixelConverged(const DenseVolume& volume, const View& resolved, int x, int y,
+                           glm::dvec2 place = kPixelCentre);
 
 Image renderImageConverged(const DenseVolume& volume, const View& resolved);
 

@@ -200,7 +200,7 @@ const BadView kBadViews[] = {
     {"planes=0,0,0,1", "planes"},
     {"output=normal", "output"},
     {"output=depth&mode=mean", "output"},
-    {"format=webp", "format"},
+    {"format=avif", "format"},
     {"quality=0", "quality"},
     {"%zz=1", "query"},
     {"fov", "query"},

@@ -6,7 +6,9 @@
 #include <atomic>
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <thread>
+#include <vector>
 
 #include "renderer/renderer.h"
 
@@ -26,6 +28,19 @@ struct FakeControl {
   std::atomic<int> started = 0;
   std::atomic<int> finished = 0;
   std::atomic<int> cancelled = 0;
+
+  void addStep(const SampleStep& step) {
+    const std::lock_guard lock(mutex_);
+    steps_.push_back(step);
+  }
+  std::vector<SampleStep> takenSteps() {
+    const std::lock_guard lock(mutex_);
+    return steps_;
+  }
+
+ private:
+  std::mutex mutex_;
+  std::vector<SampleStep> steps_;  // of refinements, in the order in which they began
 };
 
 class FakeVolume final : public ResidentVolume {
@@ -63,6 +78,7 @@ class FakeRenderer final : public Renderer {
     control_->samples = view.samples;
     const int fewest = control_->fewest_samples;
     control_->fewest_samples = fewest == 0 ? view.samples : std::min(fewest, view.samples);
+    if (options.step) control_->addStep(*options.step);
     ++control_->started;
     if (control_->fail_device) throw DeviceError("the fake device was told to refuse");
     if (control_->fail_memory) throw std::bad_alloc();

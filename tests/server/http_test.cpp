@@ -47,6 +47,12 @@ TEST(Http, GetAndPostGiveTheSameImage) {
             json::parse(R"({"width":40,"height":30,"channels":4,"type":"u8"})"));
   EXPECT_FALSE(got.fields.contains("x-blockwalk-raw"));
   EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x3&format=jpeg").fields.at("content-type"), "image/jpeg");
+  const auto webp = get(server.port(), std::string(kImage) + "?size=4x3&format=webp&quality=100");
+  EXPECT_EQ(webp.fields.at("content-type"), "image/webp");
+  EXPECT_TRUE(webp.body.starts_with("RIFF") && webp.body.substr(8, 4) == "WEBP");
+  const auto bad = get(server.port(), std::string(kImage) + "?size=4x3&format=webp&quality=0");
+  EXPECT_EQ(bad.status, 400);
+  EXPECT_EQ(bad.json()["field"], "quality");
 }
 
 TEST(Http, AnImageThatIsKnownIsNotRenderedAgain) {

@@ -35,12 +35,13 @@ std::filesystem::path sampleVolume(const std::string& name) {
   return file;
 }
 
-RunningServer::RunningServer(ServerOptions options, bool wait) {
+RunningServer::RunningServer(ServerOptions options, bool wait, RendererFactory factory) {
   options.listen = "127.0.0.1:0";
   if (options.files.empty() && options.volumes.empty()) options.files = {sampleVolume("rock")};
   if (options.web_root.empty()) options.web_root = scratchFolder() / "no-page";
   control_->hold_load = !wait;
-  server_ = std::make_unique<Server>(options, [control = control_] { return std::make_unique<FakeRenderer>(control); });
+  if (!factory) factory = [control = control_] { return std::make_unique<FakeRenderer>(control); };
+  server_ = std::make_unique<Server>(options, std::move(factory));
   port_ = server_->port();
   thread_ = std::thread([this] { status_ = server_->run(); });
   if (wait) waitReady();

@@ -22,8 +22,8 @@ std::filesystem::path scratchFolder();
 class RunningServer {
  public:
   // Serves the volume "rock" unless `options` names others. Returns when all volumes are settled, unless told not to
-  // wait.
-  explicit RunningServer(ServerOptions options = {}, bool wait = true);
+  // wait. Without a factory it has the fake renderer.
+  explicit RunningServer(ServerOptions options = {}, bool wait = true, RendererFactory factory = {});
   ~RunningServer();
 
   std::uint16_t port() const { return port_; }

@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <tuple>
 #include <utility>
+#include <vector>
 
 namespace blockwalk {
 namespace {
@@ -22,7 +24,7 @@ TEST(StreamPace, WaitsForAView) {
 
 TEST(StreamPace, DrawsTheMovingViewThenTheStillOneThenNothing) {
   StreamPace pace({});
-  pace.setView(4, 85, kStart);
+  pace.setView(4, {}, kStart);
   const PaceStep moving = pace.next(kStart);
   EXPECT_EQ(moving.kind, Kind::moving);
   EXPECT_EQ(moving.id, 4u);
@@ -36,12 +38,75 @@ TEST(StreamPace, DrawsTheMovingViewThenTheStillOneThenNothing) {
   EXPECT_EQ(pace.next(kStart + milliseconds(1000)).when, Clock::time_point::max());
 }
 
+// (begin, end, is_last) of the steps of a still view.
+std::vector<std::tuple<int, int, bool>> stepsOf(const StillPicture& still) {
+  StreamPace pace({});
+  pace.setView(1, still, kStart);
+  pace.frameSent(pace.next(kStart), 10, 1000, kStart);
+  pace.acknowledge(1);
+  std::vector<std::tuple<int, int, bool>> steps;
+  const auto later = kStart + StreamPace::kStillTime;
+  for (PaceStep step = pace.next(later); step.kind == Kind::still; step = pace.next(later)) {
+    EXPECT_EQ(step.scale, 1);
+    steps.emplace_back(step.samples_begin, step.samples_end, step.is_last);
+    pace.frameSent(step, 10, 1000, later);
+    pace.acknowledge(1);
+  }
+  EXPECT_EQ(pace.next(later).when, Clock::time_point::max());
+  return steps;
+}
+
+TEST(StreamPace, RefinesInStepsThatDouble) {
+  using Steps = std::vector<std::tuple<int, int, bool>>;
+  EXPECT_EQ(stepsOf({}), (Steps{{0, 1, true}}));
+  EXPECT_EQ(stepsOf({.samples = 2}), (Steps{{0, 1, false}, {1, 2, true}}));
+  EXPECT_EQ(stepsOf({.samples = 9}), (Steps{{0, 1, false}, {1, 2, false}, {2, 4, false}, {4, 8, false}, {8, 9, true}}));
+  EXPECT_EQ(stepsOf({.samples = 9, .in_steps = false}), (Steps{{0, 9, true}}));
+  EXPECT_EQ(stepsOf({.samples = 256}).size(), 9u);
+}
+
+TEST(StreamPace, StepsWaitForTheirPlaceInFlightAndForTheLink) {
+  StreamPace pace({.frames_in_flight = 3, .fps = 120, .max_bytes_per_second = 10000});
+  pace.setView(1, {.samples = 16}, kStart);
+  pace.frameSent(pace.next(kStart), 1, 10, kStart);
+  auto now = kStart + milliseconds(1000);
+  pace.frameSent(pace.next(now), 1, 1000, now);
+  EXPECT_EQ(pace.next(now).when, now + milliseconds(100)) << "a tenth of a second's bytes";
+  now += milliseconds(100);
+  pace.frameSent(pace.next(now), 1, 10, now);
+  now += milliseconds(1000);
+  EXPECT_EQ(pace.next(now).kind, Kind::wait) << "three are in flight";
+  pace.acknowledge(1);
+  EXPECT_EQ(pace.next(now).samples_begin, 2) << "none was left out";
+}
+
+TEST(StreamPace, ANewViewEndsTheSteps) {
+  StreamPace pace({});
+  pace.setView(1, {.samples = 4}, kStart);
+  pace.frameSent(pace.next(kStart), 1, 10, kStart);
+  const auto later = kStart + milliseconds(1000);
+  pace.acknowledge(1);
+  const PaceStep first = pace.next(later);
+  EXPECT_TRUE(pace.shouldCancel(first, later, later));
+  pace.setView(2, {.samples = 4}, later);
+  pace.frameSent(first, 1, 10, later);  // too late to be cancelled
+  pace.acknowledge(1);
+  const PaceStep moving = pace.next(later);
+  EXPECT_EQ(moving.kind, Kind::moving);
+  EXPECT_EQ(moving.samples_end, 1);
+  pace.frameSent(moving, 1, 10, later);
+  pace.acknowledge(2);
+  const PaceStep still = pace.next(later + milliseconds(1000));
+  EXPECT_EQ(still.samples_begin, 0) << "what was drawn of another view does not count";
+  EXPECT_EQ(still.samples_end, 1);
+}
+
 TEST(StreamPace, IdsOnlyGrow) {
   StreamPace pace({});
-  EXPECT_TRUE(pace.setView(0, 85, kStart));
-  EXPECT_FALSE(pace.setView(0, 85, kStart));
-  EXPECT_TRUE(pace.setView(7, 85, kStart));
-  EXPECT_FALSE(pace.setView(6, 85, kStart));
+  EXPECT_TRUE(pace.setView(0, {}, kStart));
+  EXPECT_FALSE(pace.setView(0, {}, kStart));
+  EXPECT_TRUE(pace.setView(7, {}, kStart));
+  EXPECT_FALSE(pace.setView(6, {}, kStart));
   EXPECT_EQ(pace.newestId(), 7u);
 }
 
@@ -49,13 +114,13 @@ TEST(StreamPace, StopsAtTheFramesInFlightAndGoesOnWithAnAck) {
   StreamPace pace({.frames_in_flight = 3, .fps = 120, .max_bytes_per_second = {}});
   auto now = kStart;
   for (std::uint64_t id = 1; id <= 3; ++id) {
-    pace.setView(id, 85, now);
+    pace.setView(id, {}, now);
     const PaceStep step = pace.next(now);
     ASSERT_EQ(step.kind, Kind::moving) << id;
     pace.frameSent(step, 1, 1000, now);
     now += milliseconds(100);
   }
-  pace.setView(4, 85, now);
+  pace.setView(4, {}, now);
   EXPECT_EQ(pace.next(now).kind, Kind::wait);
   EXPECT_FALSE(pace.acknowledge(9));  // never sent
   EXPECT_TRUE(pace.acknowledge(2));   // and with it the first
@@ -76,7 +141,7 @@ Drive drive(StreamPace& pace, double full_ms, double full_bytes, int total_ms) {
   auto now = kStart;
   const auto end = kStart + milliseconds(total_ms);
   while (now < end) {
-    pace.setView(++id, 85, now);
+    pace.setView(++id, {}, now);
     const PaceStep step = pace.next(now);
     if (step.kind != Kind::moving) {
       now += milliseconds(5);
@@ -137,7 +202,7 @@ struct Rig {
         EXPECT_TRUE(pace.acknowledge(acks.front().second));
         acks.pop_front();
       }
-      pace.setView(++id, 85, now);
+      pace.setView(++id, {}, now);
       const PaceStep step = pace.next(now);
       if (step.kind != Kind::moving) continue;
       draw(step, run);
@@ -238,7 +303,7 @@ TEST(StreamPace, GivesUpRefinementAtOnceAndMovingFramesOnlyWhenTheyAreLong) {
 
 TEST(StreamPace, ACancelledFrameMakesTheNextOneCoarser) {
   StreamPace pace({});
-  pace.setView(1, 85, kStart);
+  pace.setView(1, {}, kStart);
   const PaceStep first = pace.next(kStart);
   pace.frameCancelled(first);
   EXPECT_LT(pace.next(kStart).scale, first.scale);
@@ -246,7 +311,7 @@ TEST(StreamPace, ACancelledFrameMakesTheNextOneCoarser) {
 
 TEST(StreamPace, CountsTheViewsThatNoFrameShowed) {
   StreamPace pace({});
-  for (std::uint64_t id = 1; id <= 5; ++id) pace.setView(id, 85, kStart);
+  for (std::uint64_t id = 1; id <= 5; ++id) pace.setView(id, {}, kStart);
   pace.frameSent(pace.next(kStart), 1, 1, kStart);
   EXPECT_EQ(pace.droppedViews(), 4u);
 }

@@ -42,16 +42,6 @@ TEST(Stream, SaysHelloThenShowsTheViewAndRefinesIt) {
   EXPECT_EQ(client.readText("pong")["t"], 12.5);
 }
 
-TEST(Stream, OnlyTheStillViewTakesAllItsSamples) {
-  RunningServer server;
-  StreamClient client(server.port(), "rock");
-  client.sendText(view(7, R"("size":[64,48],"samples":9)"));
-  EXPECT_EQ(client.readFrame()["final"], false);
-  EXPECT_EQ(client.readFrame()["final"], true);
-  EXPECT_EQ(server.control().fewest_samples, 1);
-  EXPECT_EQ(server.control().samples, 9);
-}
-
 TEST(Stream, StatsFollowTheirFinalFrame) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
@@ -96,6 +86,17 @@ TEST(Stream, APatchKeepsTheOtherMembers) {
   EXPECT_EQ(frame["id"], 2);
   EXPECT_EQ(frame["format"], "raw");
   EXPECT_EQ(client.lastImageBytes(), 64u * 48u * 4u);
+}
+
+TEST(Stream, WebpIsWebpMovingAndStill) {
+  RunningServer server;
+  StreamClient client(server.port(), "rock");
+  client.sendText(view(1, R"("size":[64,48],"format":"webp","background":"00000080")"));
+  json frame;
+  do {
+    frame = client.readFrame();
+    EXPECT_EQ(frame["format"], "webp");
+  } while (frame["final"] == false);
 }
 
 TEST(Stream, TheLatestViewWins) {

@@ -193,11 +193,12 @@ nlohmann::json StreamClient::readFrame(bool acknowledge) {
     if (message->opcode == 8) break;
     if (message->opcode != 2) continue;
     const auto parsed = parseFrameMessage(std::as_bytes(std::span(message->payload)));
-    image_bytes_ = parsed.image.size();
+    image_.assign(reinterpret_cast<const char*>(parsed.image.data()), parsed.image.size());
     const auto& header = parsed.header;
     if (acknowledge) sendText(fmt::format(R"({{"type":"ack","id":{}}})", header.id));
-    return {{"id", header.id},         {"seq", header.seq},     {"width", header.width}, {"height", header.height},
-            {"format", header.format}, {"final", header.final}, {"scale", header.scale}, {"dropped", header.dropped}};
+    return {{"id", header.id},         {"seq", header.seq},         {"width", header.width},
+            {"height", header.height}, {"format", header.format},   {"final", header.final},
+            {"scale", header.scale},   {"dropped", header.dropped}, {"samples", header.samples}};
   }
   ADD_FAILURE() << "the stream ended before a frame";
   return nlohmann::json::object();

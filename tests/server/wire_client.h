@@ -68,14 +68,15 @@ class StreamClient {
   nlohmann::json readText(std::string_view type);
   // The next frame's header, passing over texts; acknowledged when asked.
   nlohmann::json readFrame(bool acknowledge = true);
-  std::size_t lastImageBytes() const { return image_bytes_; }
+  std::size_t lastImageBytes() const { return image_.size(); }
+  const std::string& lastImage() const { return image_; }
 
  private:
   std::optional<WireMessage> readFrameBytes(bool& is_last);
 
   WireClient wire_;
   WireReply reply_;
-  std::size_t image_bytes_ = 0;
+  std::string image_;
 };
 
 // The upgrade request that StreamClient sends, without its last empty line.

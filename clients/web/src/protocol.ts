@@ -26,12 +26,16 @@ export interface Problem {
   readonly field: string | null;
 }
 
+// Each is the subtype of its MIME type. What else a view may ask for, raw, the page never does.
+export const kImageFormats = ["jpeg", "png", "webp"] as const;
+export type ImageFormat = (typeof kImageFormats)[number];
+
 export interface FrameHeader {
   readonly id: number; // the newest view this frame shows
   readonly seq: number;
   readonly width: number;
   readonly height: number;
-  readonly format: "jpeg" | "png";
+  readonly format: ImageFormat;
   readonly level: number;
   readonly final: boolean; // full resolution, will not improve
   readonly scale: number; // of the resolution asked for
@@ -113,8 +117,9 @@ export function parseFrame(message: ArrayBuffer): Frame {
 
 function parseHeader(value: unknown): FrameHeader {
   const fields = new Fields(value, "frame");
-  const format = fields.string("format");
-  if (format !== "jpeg" && format !== "png") throw new FormatError("frame.format", "jpeg or png");
+  const name = fields.string("format");
+  const format = kImageFormats.find((known) => known === name);
+  if (format === undefined) throw new FormatError("frame.format", kImageFormats.join(" or "));
   return {
     id: fields.number("id"),
     seq: fields.number("seq"),

@@ -78,6 +78,9 @@ export function parseVolumeInfo(value: unknown): VolumeInfo {
   const finest = new Fields(levels[0], "volume.levels[0]");
   const view = fields.object("default_view");
   const histogram = fields.object("histogram");
+  // Of several channels a range each. A view that names one range names the first channel's; the others keep their own.
+  const ranges = view.array("range");
+  const first = Array.isArray(ranges[0]) ? new Fields({ range: ranges[0] }, "volume.default_view") : view;
   return {
     id: fields.string("id"),
     name: fields.string("name"),
@@ -97,7 +100,7 @@ export function parseVolumeInfo(value: unknown): VolumeInfo {
     defaultView: {
       camera: { eye: view.vec3("eye"), target: view.vec3("target"), up: view.vec3("up") },
       fovDegrees: view.number("fov"),
-      range: view.pair("range"),
+      range: first.pair("range"),
     },
   };
 }

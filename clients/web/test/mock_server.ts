@@ -106,6 +106,14 @@ export class MockServer {
   tell(message: object): void {
     for (const socket of this.sockets.clients) socket.send(JSON.stringify(message));
   }
+
+  // Sends an image of one pixel to every page, as the final frame of the newest view.
+  tellFrame(format: string, image: Buffer): void {
+    const header = {
+      id: this.views.at(-1)?.["id"], seq: 1000, width: 1, height: 1, format, level: 0, final: true, scale: 1, gpu_ms: 1, encode_ms: 1, dropped: 0,
+    };
+    for (const socket of this.sockets.clients) socket.send(frameMessage(header, image));
+  }
 }
 
 function numbers(value: unknown): number[] {
@@ -134,10 +142,15 @@ function drawFrame(view: View, seq: number, scale: number): Buffer {
     const light = (0.25 + 0.75 * Math.max(0, 0.4 * x + 0.5 * y + 0.75 * z)) * band;
     return [255 * light, 190 * light, 120 * light];
   });
-  const header = Buffer.from(JSON.stringify({
+  const header = {
     id: view["id"], seq, width, height, format: "png", level: scale < 1 ? 1 : 0, final: scale === 1, scale, gpu_ms: 3.2, encode_ms: 1, dropped: 0,
-  }));
+  };
+  return frameMessage(header, image);
+}
+
+function frameMessage(header: object, image: Buffer): Buffer {
+  const text = Buffer.from(JSON.stringify(header));
   const length = Buffer.alloc(4);
-  length.writeUInt32LE(header.length);
-  return Buffer.concat([length, header, image]);
+  length.writeUInt32LE(text.length);
+  return Buffer.concat([length, text, image]);
 }

@@ -71,6 +71,15 @@ test("every frame is acknowledged with its id", () => run({}, async ({ page, moc
   assert.ok(mock.acks.length > ids.length);
 }));
 
+test("a WebP frame is shown", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  mock.tellFrame("webp", Buffer.from("UklGRhwAAABXRUJQVlA4TBAAAAAvAAAAAAdQwP5H/wMR0f8A", "base64")); // one pixel, ff8000
+  await page.waitForFunction(() => document.getElementById("badge")?.textContent === "Final");
+  const picture = await readPicture(page);
+  const middle = 4 * (24 * 64 + 32);
+  assert.deepEqual(picture.slice(middle, middle + 3), [255, 128, 0]);
+}));
+
 test("drag, wheel and keys move the camera, double click and r bring it back", () => run({}, async ({ page, mock }) => {
   await waitForFinal(page);
   const home = await readPicture(page);

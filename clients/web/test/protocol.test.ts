@@ -49,6 +49,12 @@ test("a header member that is missing or of another type is named", () => {
   assert.throws(() => parseFrame(frameBytes({ ...kHeader, format: "svg+xml" }, [1])), faultAt("frame.format"));
 });
 
+test("a frame's format is the subtype of its MIME type", () => {
+  for (const format of ["jpeg", "png", "webp"]) {
+    assert.equal(parseFrame(frameBytes({ ...kHeader, format }, [1])).header.format, format);
+  }
+});
+
 test("hello carries the volume", () => {
   const volume = sampleVolume("fossil", "rgba8");
   const message = parseMessage(JSON.stringify({ type: "hello", version: "blockwalk.v1", volume, limits: {} }));
@@ -81,6 +87,16 @@ test("a volume's broken member is named", () => {
   assert.throws(() => parseVolumeInfo({ ...volume, dims: [1, 2] }), faultAt("volume.dims"));
   assert.throws(() => parseVolumeInfo({ ...volume, levels: [] }), faultAt("volume.levels[0]"));
   assert.throws(() => parseVolumeInfo({ ...volume, default_view: { ...volume.default_view, eye: ["0", 0, 0] } }), faultAt("volume.default_view.eye"));
+});
+
+test("of several channels the page's range is the first one's", () => {
+  const volume = sampleVolume("a", "u16");
+  const ranged = (range: unknown) => ({ ...volume, default_view: { ...volume.default_view, range } });
+  assert.deepEqual(parseVolumeInfo(ranged([[5, 90], [1, 2]])).defaultView.range, [5, 90]);
+  assert.deepEqual(parseVolumeInfo(ranged([5, 90])).defaultView.range, [5, 90]);
+  for (const range of [[[5], [1, 2]], [5], [], [null, [1, 2]]]) {
+    assert.throws(() => parseVolumeInfo(ranged(range)), faultAt("volume.default_view.range"));
+  }
 });
 
 test("the list knows volumes that are not ready", () => {
