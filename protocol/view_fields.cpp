@@ -56,11 +56,41 @@ void parseTermination(ImageRequest& request, Text text) {
   request.view.termination = bound;
 }
 
+// One item a channel, each judged by `set`; of several, an empty one leaves its channel at the default, and so do the
+// channels for which there is none.
+template <typename Set, typename Reset>
+void setChannels(std::string_view field, ImageRequest& request, Text text, Reset reset, Set set) {
+  const std::vector<Text> items = splitChannels(field, text);
+  for (std::size_t i = 0; i < request.view.channels.size(); ++i) {
+    ChannelView& channel = request.view.channels[i];
+    reset(channel);
+    if (i < items.size() && (!items[i].empty() || items.size() == 1)) set(channel, items[i]);
+  }
+}
+
+void parseRanges(ImageRequest& request, Text text) {
+  setChannels(
+      "range", request, text, [](ChannelView& channel) { channel.range.reset(); },
+      [](ChannelView& channel, Text item) {
+        if (item != "auto") channel.range = parseRange("range", item);
+      });
+}
+
 // A preset's name, or points; each takes the place of the other.
 void parseTf(ImageRequest& request, Text text) {
-  const bool points = text.find(':') != Text::npos;
-  request.view.transfer = points ? parseTransfer("tf", text) : std::vector<TransferPoint>{};
-  request.view.transfer_preset = points ? TransferPreset::automatic : parseChoice("tf", text, kTransferPresetChoices);
+  setChannels(
+      "tf", request, text,
+      [](ChannelView& channel) {
+        channel.transfer.clear();
+        channel.transfer_preset = TransferPreset::automatic;
+      },
+      [](ChannelView& channel, Text item) {
+        if (item.find(':') != Text::npos) {
+          channel.transfer = parseTransfer("tf", item);
+        } else {
+          channel.transfer_preset = parseChoice("tf", item, kTransferPresetChoices);
+        }
+      });
 }
 
 void parseExtinction(ImageRequest& request, Text text) {
@@ -96,10 +126,12 @@ constexpr std::array kFields = {
               }},
     ViewField{"fov", "DEGREES", "vertical field of view, 1e-9 to less than 180 (40)", parseFov},
     ViewField{"ortho", "HEIGHT", "orthographic view of this world height, instead of fov", parseOrtho},
-    ViewField{"range", "lo:hi", "density range, inclusive, data units (auto: the volume's non-empty range)",
+    ViewField{"channels", "0,2,...", "channels of the volume that are drawn (all)",
               [](ImageRequest& request, Text text) {
-                setOptional(request.view.range, text, "auto", [](Text t) { return parseRange("range", t); });
+                setOptional(request.view.drawn, text, "all", [](Text t) { return parseChannels("channels", t); });
               }},
+    ViewField{"range", "lo:hi[;...]",
+              "density range, inclusive, data units; one a channel (auto: the channel's non-empty range)", parseRanges},
     ViewField{"mode", "MODE", "blend, first-hit, mip, mean, iso or blocks (blend)",
               [](ImageRequest& request, Text text) { request.view.mode = parseChoice("mode", text, kModeChoices); }},
     ViewField{
@@ -113,9 +145,9 @@ constexpr std::array kFields = {
               }},
     ViewField{"extinction", "SIGMA", "rgba8: extinction per unit distance at full density, 0..1e12 (0.2)",
               parseExtinction},
-    ViewField{"tf", "value:rrggbb:opacity,...|PRESET",
-              "scalar volumes: transfer function, ascending, or grey, viridis, cividis, inferno, ct-bone, "
-              "ct-soft-tissue, angiography (auto: from the histogram)",
+    ViewField{"tf", "value:rrggbb:opacity,...|PRESET[;...]",
+              "scalars: transfer function, ascending, or grey, viridis, cividis, inferno, ct-bone, ct-soft-tissue, "
+              "angiography; one a channel (auto: from the histogram)",
               parseTf},
     ViewField{"tf-shape", "linear|stepped", "between the points of tf: linear, or held up to the next (linear)",
               [](ImageRequest& request, Text text) {

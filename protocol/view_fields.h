@@ -45,7 +45,9 @@ inline void setViewFields(ImageRequest& request, const std::vector<std::pair<std
 
 // Sets members from a JSON object: numbers, booleans (on/off), strings, and arrays of numbers, each the same as its
 // text form: [1,2,3] is "1,2,3", [10,200] for range is "10:200", [512,512] for size is "512x512", [[0,0,1,5]] for
-// planes "0,0,1,5". `skip` names members that are not the view's ("type", "id").
+// planes "0,0,1,5". range and tf may be arrays of one item a channel, null for the default: [[10,200],null] is
+// "10:200;auto"; an array of points alone, ["0:000000:0","9:ffffff:1"], is the first channel's tf. `skip` names members
+// that are not the view's ("type", "id").
 void setViewFields(ImageRequest& request, const nlohmann::json& object, std::span<const std::string_view> skip = {});
 
 // The members that differ from the defaults, as a query string; parsing it gives the same request. For ETags and links.

@@ -25,24 +25,43 @@ std::string scalarText(const std::string& name, const json& value) {
 char separatorOf(std::string_view name) {
   if (name == "size") return 'x';
   if (name == "range") return ':';
-  if (name == "planes") return ';';
   return ',';
 }
 
-// An array's text form; planes are arrays in an array, and none of them is `none`.
-std::string arrayText(const std::string& name, const json& array) {
-  const bool nests = name == "planes";
-  if (nests && array.empty()) return "none";
+// Members of an array by their text forms.
+std::string joined(const std::string& name, const json& array, char separator) {
   std::string text;
   for (std::size_t i = 0; i < array.size(); ++i) {
-    if (i > 0) text += separatorOf(name);
-    if (!nests || !array[i].is_array()) {
-      text += scalarText(name, array[i]);
-      continue;
-    }
-    for (std::size_t member = 0; member < array[i].size(); ++member) {
-      if (member > 0) text += ',';
-      text += scalarText(name, array[i][member]);
+    if (i > 0) text += separator;
+    text += scalarText(name, array[i]);
+  }
+  return text;
+}
+
+// Whether an element of a range or tf is a channel's whole range or transfer function and not a bound or a point.
+bool isChannelItem(const std::string& name, const json& element) {
+  if (name != "range" && name != "tf") return false;
+  if (element.is_array() || element.is_null()) return true;
+  if (!element.is_string()) return false;
+  const auto& text = element.get_ref<const std::string&>();
+  const bool pair = text.find(':') != std::string::npos;
+  return name == "range" ? pair : !pair || text.find(',') != std::string::npos;
+}
+
+// An array's text form; planes are arrays in an array, and none of them is `none`; ranges and transfer functions may be
+// one a channel, and null is the default.
+std::string arrayText(const std::string& name, const json& array) {
+  const bool channels = std::any_of(array.begin(), array.end(), [&](const json& e) { return isChannelItem(name, e); });
+  const bool nests = name == "planes" || channels;
+  if (!nests) return joined(name, array, separatorOf(name));
+  if (array.empty()) return "none";
+  std::string text;
+  for (std::size_t i = 0; i < array.size(); ++i) {
+    if (i > 0) text += ';';
+    if (array[i].is_array()) {
+      text += joined(name, array[i], channels ? separatorOf(name) : ',');
+    } else {
+      text += channels && array[i].is_null() ? "auto" : scalarText(name, array[i]);
     }
   }
   return text;

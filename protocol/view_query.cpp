@@ -30,9 +30,33 @@ void addCamera(QueryWriter& query, const View& view) {
   }
 }
 
+// One item a channel up to the last that is not the default.
+template <typename ItemText>
+void addChannels(QueryWriter& query, std::string_view name, const View& view, ItemText itemText) {
+  std::string text;
+  std::string between;
+  for (const ChannelView& channel : view.channels) {
+    const std::string item = itemText(channel);
+    if (!item.empty()) {
+      text += between + item;
+      between.clear();
+    }
+    between += ';';
+  }
+  if (!text.empty()) query.add(name, text);
+}
+
+std::string transferItem(const ChannelView& channel) {
+  if (!channel.transfer.empty()) return transferText(channel.transfer);
+  if (channel.transfer_preset == TransferPreset::automatic) return {};
+  return std::string(choiceName(channel.transfer_preset, kTransferPresetChoices));
+}
+
 void addVolume(QueryWriter& query, const View& view) {
   const View plain;
-  if (view.range) query.add("range", numberText(view.range->lo) + ":" + numberText(view.range->hi));
+  if (!view.drawn.empty()) query.add("channels", channelsText(view.drawn));
+  addChannels(query, "range", view,
+              [](const ChannelView& channel) { return channel.range ? rangeText(*channel.range) : std::string(); });
   if (view.mode != plain.mode) query.add("mode", choiceName(view.mode, kModeChoices));
   if (view.filter != plain.filter) query.add("filter", choiceName(view.filter, kFilterChoices));
   if (view.step != plain.step) query.add("step", numberText(view.step));
@@ -40,11 +64,7 @@ void addVolume(QueryWriter& query, const View& view) {
     query.add("classification", choiceName(view.classification, kClassificationChoices));
   }
   if (view.extinction != plain.extinction) query.add("extinction", numberText(view.extinction));
-  if (!view.transfer.empty()) {
-    query.add("tf", transferText(view.transfer));
-  } else if (view.transfer_preset != plain.transfer_preset) {
-    query.add("tf", choiceName(view.transfer_preset, kTransferPresetChoices));
-  }
+  addChannels(query, "tf", view, transferItem);
   if (view.transfer_shape != plain.transfer_shape) {
     query.add("tf-shape", choiceName(view.transfer_shape, kTransferShapeChoices));
   }

@@ -3,6 +3,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 
@@ -76,6 +77,21 @@ bool parseSwitch(std::string_view field, std::string_view text) {
   failValue(field, "must be on or off", text);
 }
 
+std::vector<std::string_view> splitChannels(std::string_view field, std::string_view text) {
+  static_assert(kMaxChannels == 4);
+  return splitParts(field, text, ';', 1, kMaxChannels, "at most 4 items, one a channel, separated by ;");
+}
+
+std::vector<int> parseChannels(std::string_view field, std::string_view text) {
+  std::vector<int> channels;
+  for (std::string_view part : splitParts(field, text, ',', 1, kMaxChannels, "1 to 4 channels, comma separated")) {
+    const int channel = parseInteger(field, part, 0, kMaxChannels - 1);
+    if (std::ranges::find(channels, channel) != channels.end()) failValue(field, "must name a channel once", text);
+    channels.push_back(channel);
+  }
+  return channels;
+}
+
 glm::dvec3 parseVector(std::string_view field, std::string_view text) {
   const auto parts = splitParts(field, text, ',', 3, 3, "three numbers x,y,z");
   return {parseNumber(field, parts[0]), parseNumber(field, parts[1]), parseNumber(field, parts[2])};
@@ -147,6 +163,10 @@ std::string numberText(double value) {
   BLOCKWALK_CHECK(static_cast<int>(error), ==, 0);
   return {text.data(), end};
 }
+
+std::string rangeText(const DensityRange& range) { return numberText(range.lo) + ":" + numberText(range.hi); }
+
+std::string channelsText(const std::vector<int>& channels) { return fmt::format("{}", fmt::join(channels, ",")); }
 
 std::string vectorText(const glm::dvec3& value) {
   return numberText(value.x) + "," + numberText(value.y) + "," + numberText(value.z);

@@ -23,6 +23,9 @@ constexpr std::size_t kMaxTransferPoints = 256;
 double parseNumber(std::string_view field, std::string_view text);  // finite
 int parseInteger(std::string_view field, std::string_view text, int lo, int hi);
 bool parseSwitch(std::string_view field, std::string_view text);  // on, off
+// The items of a member that has one a channel, separated by ;. At most kMaxChannels.
+std::vector<std::string_view> splitChannels(std::string_view field, std::string_view text);
+std::vector<int> parseChannels(std::string_view field, std::string_view text);  // 0,2: no repeats
 glm::dvec3 parseVector(std::string_view field, std::string_view text);
 DensityRange parseRange(std::string_view field, std::string_view text);                 // lo:hi
 ClipBox parseClip(std::string_view field, std::string_view text);                       // x0,y0,z0,x1,y1,z1
@@ -31,6 +34,8 @@ std::array<std::uint8_t, 4> parseColor(std::string_view field, std::string_view 
 std::vector<TransferPoint> parseTransfer(std::string_view field, std::string_view text);
 
 std::string numberText(double value);
+std::string rangeText(const DensityRange& range);
+std::string channelsText(const std::vector<int>& channels);
 std::string vectorText(const glm::dvec3& value);
 std::string planesText(const std::vector<ClipPlane>& planes);
 std::string colorText(const std::array<std::uint8_t, 4>& color);

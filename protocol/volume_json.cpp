@@ -40,9 +40,17 @@ json defaultViewJson(const VolumeInfo& info) {
   json object = {{"eye", vectorJson(view.eye.value())},
                  {"target", vectorJson(view.target.value())},
                  {"up", vectorJson(view.up.value())},
-                 {"fov", view.fov_degrees},
-                 {"range", {view.range.value().lo, view.range.value().hi}}};
-  if (!view.transfer.empty()) object["tf"] = transferText(view.transfer);
+                 {"fov", view.fov_degrees}};
+  json ranges = json::array();
+  json transfers = json::array();
+  for (std::size_t i = 0; i < info.channels.size(); ++i) {
+    const ChannelView& channel = view.channels[i];
+    ranges.push_back({channel.range.value().lo, channel.range.value().hi});
+    if (!channel.transfer.empty()) transfers.push_back(transferText(channel.transfer));
+  }
+  const bool single = info.channels.size() == 1;
+  object["range"] = single ? ranges[0] : ranges;
+  if (!transfers.empty()) object["tf"] = single ? transfers[0] : transfers;
   return object;
 }
 

@@ -8,8 +8,8 @@
 
 namespace blockwalk {
 
-int densityExponent(const VolumeInfo& info) {
-  const ChannelInfo& channel = info.channels[0];
+int densityExponent(const VolumeInfo& info, std::size_t number) {
+  const ChannelInfo& channel = info.channels[number];
   constexpr int kUsual = 40;
   if (info.type != VoxelType::f32) return 0;
   const float largest = std::max(
@@ -32,15 +32,16 @@ void toDevice(std::span<std::byte> voxels, int exponent) {
   }
 }
 
-StoredRange onDevice(StoredRange range, const VolumeInfo& info) {
+StoredRange onDevice(StoredRange range, const VolumeInfo& info, std::size_t number) {
   constexpr float kLargest = std::numeric_limits<float>::max();
   constexpr float kLeastNormal = std::numeric_limits<float>::min();
-  const int exponent = densityExponent(info);
+  const int exponent = densityExponent(info, number);
+  const float empty_threshold = info.channels[number].empty_threshold;
   // The largest float stands for no bound and must keep infinity out.
   StoredRange result{.lo = onDevice(range.lo, exponent),
                      .hi = std::min(range.hi < kLargest ? onDevice(range.hi, exponent) : kLargest, kLargest)};
-  if (exponent != 0 && range.lo == std::nextafter(info.channels[0].empty_threshold, kLargest)) {
-    result.lo = std::nextafter(onDevice(info.channels[0].empty_threshold, exponent), kLargest);
+  if (exponent != 0 && range.lo == std::nextafter(empty_threshold, kLargest)) {
+    result.lo = std::nextafter(onDevice(empty_threshold, exponent), kLargest);
   }
   if (range.lo > 0) result.lo = std::max(result.lo, kLeastNormal);
   return result;

@@ -11,9 +11,9 @@
 
 namespace blockwalk {
 
-// Density on the device = stored x 2^exponent. 0 for u8, u16 and rgba8, and where the largest density and the empty
-// value are both within 2^-40..2^40 or 0; else so that the larger of them lies within 0.5..1.
-int densityExponent(const VolumeInfo& info);
+// Density of a channel on the device = stored x 2^exponent. 0 for u8, u16 and rgba8, and where the largest density and
+// the empty value are both within 2^-40..2^40 or 0; else so that the larger of them lies within 0.5..1.
+int densityExponent(const VolumeInfo& info, std::size_t number);
 
 float onDevice(float stored, int exponent);
 
@@ -22,6 +22,6 @@ void toDevice(std::span<std::byte> voxels, int exponent);
 
 // A range for comparisons on the device, also where denormals count as 0 there: what is above 0 in it stays so. A range
 // that begins with the next float above the empty threshold does so on the device.
-StoredRange onDevice(StoredRange range, const VolumeInfo& info);
+StoredRange onDevice(StoredRange range, const VolumeInfo& info, std::size_t number);
 
 }  // namespace blockwalk

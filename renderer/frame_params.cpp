@@ -63,13 +63,27 @@ void setClipPlanes(const std::vector<ClipPlane>& planes, const glm::dmat4& level
   }
 }
 
-// f(A w) has the gradient A^T grad f in world space.
-void setLight(const Camera& camera, const VolumeInfo& info, const glm::dmat3& linear, gpu::FrameParams& params) {
-  const ChannelInfo& channel = info.channels[0];
+float lightStrength(const VolumeInfo& info, std::size_t number) {
+  const ChannelInfo& channel = info.channels[number];
   const double contrast =
       static_cast<double>(channel.density_max) - static_cast<double>(emptyValue(info.type, channel));
-  params.light_strength =
-      static_cast<float>(kFullLightShare * unitDistance(info) / std::ldexp(contrast, densityExponent(info)));
+  return static_cast<float>(kFullLightShare * unitDistance(info) / std::ldexp(contrast, densityExponent(info, number)));
+}
+
+void setChannels(const VolumeInfo& info, const Plan& plan, gpu::FrameParams& params) {
+  static_assert(kMaxChannels == gpu::kMaxDrawnChannels);
+  for (std::size_t i = 0; i < plan.channels.size(); ++i) {
+    const ChannelPlan& drawn = plan.channels[i];
+    const StoredRange range = onDevice(drawn.range, info, drawn.channel);
+    params.channels[i].density_lo = range.lo;
+    params.channels[i].density_hi = range.hi;
+    params.channels[i].range_mask = drawn.range_mask;
+    if (plan.key.lit != 0) params.channels[i].light_strength = lightStrength(info, drawn.channel);
+  }
+}
+
+// f(A w) has the gradient A^T grad f in world space.
+void setLight(const Camera& camera, const glm::dmat3& linear, gpu::FrameParams& params) {
   for (int row = 0; row < 3; ++row) params.gradient_rows[row] = glm::vec3(linear[row]);
   const glm::dvec3 light = glm::normalize(-camera.right + camera.up - camera.forward);
   params.light = glm::vec3(linear * light);
@@ -91,16 +105,13 @@ gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const
   params.box_max = glm::vec3(glm::dvec3(info.dims) * std::ldexp(1.0, -plan.level));
   const Camera camera = makeCamera(view);
   setRays(camera, info, level_from_world, params);
-  if (plan.key.lit != 0) setLight(camera, info, glm::dmat3(level_from_world), params);
+  if (plan.key.lit != 0) setLight(camera, glm::dmat3(level_from_world), params);
   params.step_voxels = static_cast<float>(view.step);
   params.sample_bound = static_cast<gpu::uint>(std::ceil(std::sqrt(3.0) * info.subblock_side / view.step)) + 4;
   setClipPlanes(plan.planes, level_from_world, params);
   params.block_dims = blockDims(info.levels[static_cast<std::size_t>(plan.level)].dims, info.blockVoxels());
   params.size = {view.width, view.height};
-  const StoredRange range = onDevice(plan.range, info);
-  params.density_lo = range.lo;
-  params.density_hi = range.hi;
-  params.range_mask = plan.range_mask;
+  setChannels(info, plan, params);
   // Beyond the cap whatever has a length is opaque, and a product with a density of 255 stays finite.
   params.transmittance_bound = static_cast<float>(view.termination);
   params.extinction_scale = static_cast<float>(std::min(view.extinction / (255.0 * unitDistance(info)), 1e35));

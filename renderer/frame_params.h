@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The numbers of one frame for the kernel: rays, box, clip planes, range. Computed in double, stored in float.
+// The numbers of one frame for the kernel: rays, box, clip planes, ranges. Computed in double, stored in float.
 #pragma once
 
 #include "renderer/plan.h"
@@ -7,7 +7,7 @@
 
 namespace blockwalk {
 
-// Everything but the device addresses, the grid's dims and the table. `view` is resolved.
+// Everything but the device addresses, the grid's dims and the tables. `view` is resolved.
 gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const Plan& plan);
 
 // How far before the eye t is 0: at the volume when the eye is outside its bounding sphere, so that rays differ in

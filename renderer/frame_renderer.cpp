@@ -54,18 +54,19 @@ void FrameRenderer::reserveOutputs(std::size_t pixels, const Plan& plan, const S
   }
 }
 
-void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, const Plan& plan,
-                              gpu::FrameParams& params) {
+void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, const ChannelPlan& drawn,
+                              gpu::DrawnChannel& params) {
+  BoundTable& bound = tables_[drawn.channel];
   TableKey key{.volume = volume.serial(),
                .level = plan.level,
-               .range = plan.range,
-               .transfer = view.transfer,
+               .range = drawn.range,
+               .transfer = view.channels[drawn.channel].transfer,
                .shape = view.transfer_shape,
                .filter = view.filter,
                .mode = view.mode,
                .integrals = plan.needs_integrals};
-  if (table_.key != key) {
-    const TransferTable source = bakeTransfer(view, volume.info(), plan);
+  if (bound.key != key) {
+    const TransferTable source = bakeTransfer(view, volume.info(), plan, drawn);
     BoundTable table{.key = std::move(key),
                      .entries = uploadVector(device_, source.entries),
                      .integrals = {},
@@ -73,29 +74,34 @@ void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, cons
                      .first = source.first,
                      .last = static_cast<gpu::uint>(source.entries.size() - 1)};
     if (plan.needs_integrals) table.integrals = uploadVector(device_, source.integrals);
-    table_ = std::move(table);  // all or nothing: memory may have run out above
+    bound = std::move(table);  // all or nothing: memory may have run out above
   }
-  params.table = table_.entries.address();
-  params.integrals = plan.needs_integrals ? table_.integrals.address() : 0;
-  params.table_scale = table_.scale;
-  params.table_first = table_.first;
-  params.table_last = table_.last;
+  params.table = bound.entries.address();
+  params.integrals = plan.needs_integrals ? bound.integrals.address() : 0;
+  params.table_scale = bound.scale;
+  params.table_first = bound.first;
+  params.table_last = bound.last;
 }
 
 gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& view, const Plan& plan) {
   gpu::FrameParams params = makeFrameParams(view, volume.info(), plan);
-  params.blocks = volume.level(plan.level, plan.needs_apron).blocks.address();
-  if (plan.needs_masks) params.subblocks = volume.masks(plan.level, plan.needs_apron).address();
+  std::vector<std::size_t> channels;
+  for (const ChannelPlan& drawn : plan.channels) channels.push_back(drawn.channel);
+  ResidentLevel& level = volume.level(plan.level, plan.needs_apron, channels);
+  for (std::size_t i = 0; i < channels.size(); ++i) {
+    ResidentChannel& channel = *level.channels[channels[i]];
+    params.channels[i].blocks = channel.blocks.address();
+    if (plan.needs_masks) params.channels[i].subblocks = volume.masks(channel).address();
+    if (plan.needs_table) bindTable(view, volume, plan, plan.channels[i], params.channels[i]);
+  }
   if (plan.needs_grid) {
-    const GridBuffers& grid = volume.grid(plan.level, plan.needs_apron);
+    const GridBuffers& grid = volume.grid(level);
     params.grid_tiles = grid.tiles.address();
     params.grid_cells = grid.cells.address();
     params.tile_dims = grid.tile_dims;
   }
   instances_ = nullptr;
-  if (plan.needs_instances)
-    instances_ = kernels_.bindInstances(*volume.instances(plan.level, plan.needs_apron, unit_box_).handle);
-  if (plan.needs_table) bindTable(view, volume, plan, params);
+  if (plan.needs_instances) instances_ = kernels_.bindInstances(*volume.instances(level, unit_box_).handle);
   params.pixels = pixels_.address();
   params.sums = plan.key.antialias != 0 ? sums_.address() : 0;
   params.probes = plan.key.probe != 0 ? probes_.address() : 0;

@@ -22,7 +22,8 @@ class FrameRenderer {
 
  private:
   gpu::FrameParams bindVolume(VulkanVolume& volume, const View& view, const Plan& plan);
-  void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, gpu::FrameParams& params);
+  void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, const ChannelPlan& drawn,
+                 gpu::DrawnChannel& params);
   DeviceTraits traits() const;
   void generalise(Plan& plan, const VolumeInfo& info) const;
   // Rows of the image, and samples of them that one submission draws.
@@ -49,7 +50,7 @@ class FrameRenderer {
   void draw(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
             const OutputValues& values, const SampleRun& run, Frame& frame);
 
-  // What a baked transfer function depends on, and its tables on the device.
+  // What a channel's baked transfer function depends on, and its tables on the device.
   struct TableKey {
     std::uint64_t volume = 0;
     int level = 0;
@@ -85,8 +86,8 @@ class FrameRenderer {
   Buffer sums_;  // of a band
   KeptSums kept_sums_;
   Buffer probes_;
-  BoundTable table_;
-  double ms_per_pixel_;  // of the last band, to size the next
+  std::array<BoundTable, kMaxChannels> tables_;  // by the channel's number in the volume
+  double ms_per_pixel_;                          // of the last band, to size the next
 };
 
 }  // namespace blockwalk

@@ -27,13 +27,12 @@ float floatAtMost(double value) {
 }
 
 // Data-unit interval outside which a transfer function is transparent.
-DensityRange transferSupport(const View& view) {
-  const std::vector<TransferPoint>& points = view.transfer;
+DensityRange transferSupport(const std::vector<TransferPoint>& points, TransferShape shape) {
   const auto opaque = [](const TransferPoint& p) { return p.opacity > 0; };
   const auto first = std::ranges::find_if(points, opaque);
   if (first == points.end()) return {kInfinity, -kInfinity};
   const auto last = std::find_if(points.rbegin(), points.rend(), opaque);
-  const bool stepped = view.transfer_shape == TransferShape::stepped;
+  const bool stepped = shape == TransferShape::stepped;
   return {first == points.begin() ? -kInfinity : (stepped ? first : std::prev(first))->value,
           last == points.rbegin() ? kInfinity : std::prev(last)->value};
 }
@@ -44,10 +43,6 @@ bool isScalar(const VolumeInfo& info) { return info.type != VoxelType::rgba8; }
 bool looksAtOpacity(const View& view) { return view.mode == Mode::blend || view.mode == Mode::first_hit; }
 
 void refuseWhatIsNotDefined(const View& view, const VolumeInfo& info) {
-  if (info.channels.size() > 1) {
-    throw ViewError("channels",
-                    fmt::format("{}: a volume of several channels cannot be drawn yet", info.channels.size()));
-  }
   if (view.classification != Classification::pre_integrated) return;
   if (view.filter != Filter::linear || view.mode != Mode::blend) {
     throw ViewError("classification", "pre-integrated: needs filter=linear and mode=blend");
@@ -95,6 +90,33 @@ ClipPlane normalized(const ClipPlane& plane) {
   return {.normal = normal / length, .offset = plane.offset / largest / length};
 }
 
+// What is drawn of the channels: those that can be seen, and of an iso surface the first alone.
+std::vector<ChannelPlan> planChannels(const View& view, const VolumeInfo& info) {
+  std::vector<ChannelPlan> channels;
+  const std::size_t count = view.mode == Mode::iso ? 1 : view.drawn.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto number = static_cast<std::size_t>(view.drawn[i]);
+    ChannelPlan channel{.channel = number, .range = visibleRange(view, info, number), .range_mask = 0};
+    const bool among_others = info.channels.size() > 1;
+    const float greatest = among_others ? info.channels[number].density_max : channel.range.hi;
+    if (channel.range.lo > std::min(channel.range.hi, greatest)) continue;
+    const int low = rangeMaskBin(info.channels[number].bin_cuts, channel.range.lo);
+    const int high = rangeMaskBin(info.channels[number].bin_cuts, channel.range.hi);
+    for (int bin = low; bin <= high; ++bin) channel.range_mask |= static_cast<std::uint8_t>(1 << bin);
+    channels.push_back(channel);
+  }
+  return channels;
+}
+
+// Whether every stored block, subblock and non-empty voxel shows something. What is stored for the sake of a channel
+// that is not drawn need not.
+bool isOpen(const std::vector<ChannelPlan>& channels, const VolumeInfo& info) {
+  return channels.size() == info.channels.size() && std::ranges::all_of(channels, [&](const ChannelPlan& plan) {
+           const ChannelInfo& channel = info.channels[plan.channel];
+           return plan.range.lo <= channel.density_min && plan.range.hi >= channel.density_max;
+         });
+}
+
 }  // namespace
 
 std::string describe(const KernelKey& key) {
@@ -117,20 +139,22 @@ std::string describe(const KernelKey& key) {
   static constexpr std::string_view kOutputs[] = {"", "point", "cost"};
   add(key.output, kOutputs[key.output]);
   add(key.antialias, "antialias");
+  if (key.channels > 1) text += fmt::format(" {} channels", key.channels);
   add(key.count, "count");
   add(key.probe, "probe");
   return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
 }
 
-StoredRange visibleRange(const View& view, const VolumeInfo& info) {
-  const ChannelInfo& channel = info.channels[0];
+StoredRange visibleRange(const View& view, const VolumeInfo& info, std::size_t number) {
+  const ChannelInfo& channel = info.channels[number];
+  const ChannelView& look = view.channels[number];
   const bool whole_numbers = info.type != VoxelType::f32 && view.filter == Filter::nearest;
   const auto stored = [&](const DensityRange& data) {
     const StoredRange range{.lo = floatAtLeast(channel.storedFromData(data.lo)),
                             .hi = floatAtMost(channel.storedFromData(data.hi))};
     return whole_numbers ? StoredRange{.lo = std::ceil(range.lo), .hi = std::floor(range.hi)} : range;
   };
-  StoredRange range = stored(view.mode == Mode::iso ? DensityRange{*view.iso, kInfinity} : *view.range);
+  StoredRange range = stored(view.mode == Mode::iso ? DensityRange{*view.iso, kInfinity} : *look.range);
   const float above_empty = whole_numbers
                                 ? std::floor(channel.empty_threshold) + 1
                                 : std::nextafter(channel.empty_threshold, std::numeric_limits<float>::infinity());
@@ -142,7 +166,7 @@ StoredRange visibleRange(const View& view, const VolumeInfo& info) {
   range.hi = range.hi >= channel.density_max ? std::numeric_limits<float>::max() : range.hi;
   if (!isScalar(info) || !looksAtOpacity(view)) return range;
   // Where the transfer function is transparent it stays so, also between voxels and on coarser levels.
-  const StoredRange support = stored(transferSupport(view));
+  const StoredRange support = stored(transferSupport(look.transfer, view.transfer_shape));
   return {.lo = std::max(range.lo, support.lo), .hi = std::min(range.hi, support.hi)};
 }
 
@@ -180,20 +204,14 @@ int chooseLevel(const View& view, const VolumeInfo& info) {
 }
 
 Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe) {
-  const ChannelInfo& channel = info.channels[0];
   refuseWhatIsNotDefined(view, info);
   Plan plan;
   plan.level = view.level == kAutoLevel ? chooseLevel(view, info) : view.level;
-  plan.range = visibleRange(view, info);
+  plan.channels = planChannels(view, info);
   const LevelInfo& level = info.levels[static_cast<std::size_t>(plan.level)];
-  plan.is_blank = plan.range.lo > plan.range.hi || level.block_count == 0;
-  if (!plan.is_blank) {
-    const int low = rangeMaskBin(channel.bin_cuts, plan.range.lo);
-    const int high = rangeMaskBin(channel.bin_cuts, plan.range.hi);
-    for (int bin = low; bin <= high; ++bin) plan.range_mask |= static_cast<std::uint8_t>(1 << bin);
-  }
+  plan.is_blank = plan.channels.empty() || level.block_count == 0;
   plan.planes = cuttingPlanes(view, info);
-  const bool open = plan.range.lo <= channel.density_min && plan.range.hi >= channel.density_max;
+  const bool open = isOpen(plan.channels, info);
   const Finder finder = chooseFinder(view, info, plan.level, device);
   plan.needs_grid = finder == Finder::grid;
   plan.needs_instances = finder == Finder::query;
@@ -210,13 +228,15 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   key.mode = static_cast<std::uint32_t>(view.mode);
   key.finder = static_cast<std::uint32_t>(finder);
   key.walk = view.walk ? 1 : 0;
-  key.cull = view.cull && !open ? 1 : 0;
+  // Of several channels one may be absent from a subblock that is stored for another.
+  key.cull = view.cull && (!open || plan.channels.size() > 1) ? 1 : 0;
   plan.needs_masks = key.cull != 0;
   key.range_open = open ? 1 : 0;
   // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
   // extinction.
   const bool table_tests = isScalar(info) && info.type != VoxelType::f32 && !linear && looksAtOpacity(view);
-  const bool density_tests = !isScalar(info) && open && channel.empty_threshold == 0 && view.mode == Mode::blend;
+  const bool density_tests =
+      !isScalar(info) && open && info.channels[0].empty_threshold == 0 && view.mode == Mode::blend;
   key.test_voxel = !blocks && !table_tests && !density_tests ? 1 : 0;
   key.clip = plan.planes.empty() ? 0 : 1;
   key.opaque_background = !colored || view.background[3] == 255 ? 1 : 0;
@@ -227,6 +247,7 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   key.classification = static_cast<std::uint32_t>(view.classification);
   key.output = kernelOutput(view.output);
   key.antialias = view.samples > 1 ? 1 : 0;
+  key.channels = static_cast<std::uint32_t>(std::max<std::size_t>(plan.channels.size(), 1));
   key.count = count ? 1 : 0;
   key.probe = probe ? 1 : 0;
   return plan;

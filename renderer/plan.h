@@ -17,7 +17,7 @@ struct KernelKey {
   std::uint32_t finder = 0;
   std::uint32_t walk = 0;
   std::uint32_t cull = 0;        // on only where the range excludes something
-  std::uint32_t range_open = 0;  // every non-empty voxel is in the range
+  std::uint32_t range_open = 0;  // every non-empty voxel is in the range, and its channel drawn
   std::uint32_t test_voxel = 0;  // a stored voxel may have to be left out, and its extinction does not say so
   std::uint32_t clip = 0;        // some plane cuts the volume
   std::uint32_t opaque_background = 0;
@@ -28,6 +28,7 @@ struct KernelKey {
   std::uint32_t classification = 0;
   std::uint32_t output = 0;
   std::uint32_t antialias = 0;
+  std::uint32_t channels = 1;  // drawn
   std::uint32_t count = 0;
   std::uint32_t probe = 0;
   auto operator<=>(const KernelKey&) const = default;
@@ -54,12 +55,18 @@ struct DeviceTraits {
 // Normals are unit vectors. Planes that leave nothing of the volume are kept.
 std::vector<ClipPlane> cuttingPlanes(const View& view, const VolumeInfo& info);
 
+// A channel that can be seen.
+struct ChannelPlan {
+  std::size_t channel = 0;  // of the volume
+  StoredRange range;
+  std::uint8_t range_mask = 0;  // bins that the range meets
+};
+
 struct Plan {
   KernelKey key;
   int level = 0;
-  StoredRange range;
-  std::uint8_t range_mask = 0;    // bins that the range meets
-  std::vector<ClipPlane> planes;  // world
+  std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something
+  std::vector<ClipPlane> planes;      // world
   bool needs_grid = false;
   bool needs_instances = false;
   bool needs_apron = false;  // voxels with the ring around every subblock
@@ -77,7 +84,8 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
 // The level whose voxels are about as large as a pixel where the volume is nearest; never coarser than a pixel there.
 int chooseLevel(const View& view, const VolumeInfo& info);
 
-// The view's range and, for scalars in blend and first-hit, what the transfer function shows, without empty voxels.
-StoredRange visibleRange(const View& view, const VolumeInfo& info);
+// A channel's range in the view and, for scalars in blend and first-hit, what its transfer function shows, without
+// empty voxels.
+StoredRange visibleRange(const View& view, const VolumeInfo& info, std::size_t number);
 
 }  // namespace blockwalk

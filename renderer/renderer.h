@@ -118,6 +118,8 @@ struct ResidentPart {
   std::string what;  // voxels, blocks, masks, grid, instances
   int level = 0;
   bool apron = false;  // of the level whose subblocks carry a ring (volume/apron.h)
+  static constexpr int kAllChannels = -1;
+  int channel = kAllChannels;  // of the volume
   std::uint64_t bytes = 0;
 };
 

@@ -8,7 +8,6 @@
 #include "renderer/density_scale.h"
 #include "renderer/grid.h"
 #include "shaders/kernel_interface.h"
-#include "volume/apron.h"
 
 namespace blockwalk {
 namespace {
@@ -114,17 +113,26 @@ std::vector<ResidentPart> VulkanVolume::parts() const {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     if (!levels_[i]) continue;
     const ResidentLevel& level = *levels_[i];
-    const auto add = [&](std::string what, std::uint64_t bytes) {
+    const auto add = [&](std::string what, int channel, std::uint64_t bytes) {
       if (bytes == 0) return;
-      parts.push_back({.what = std::move(what), .level = static_cast<int>(i / 2), .apron = i % 2 != 0, .bytes = bytes});
+      parts.push_back({.what = std::move(what),
+                       .level = static_cast<int>(i / 2),
+                       .apron = i % 2 != 0,
+                       .channel = channel,
+                       .bytes = bytes});
     };
-    std::uint64_t voxels = 0;
-    for (const Buffer& chunk : level.voxel_chunks) voxels += chunk.bytes();
-    add("voxels", voxels);
-    add("blocks", level.blocks.bytes());
-    add("masks", level.masks.bytes());
-    if (level.grid) add("grid", level.grid->tiles.bytes() + level.grid->cells.bytes());
-    if (level.instances) add("instances", level.instances->storage.bytes());
+    for (std::size_t c = 0; c < level.channels.size(); ++c) {
+      if (!level.channels[c]) continue;
+      const ResidentChannel& channel = *level.channels[c];
+      const auto number = static_cast<int>(c);
+      std::uint64_t voxels = 0;
+      for (const Buffer& chunk : channel.voxel_chunks) voxels += chunk.bytes();
+      add("voxels", number, voxels);
+      add("blocks", number, channel.blocks.bytes());
+      add("masks", number, channel.masks.bytes());
+    }
+    if (level.grid) add("grid", ResidentPart::kAllChannels, level.grid->tiles.bytes() + level.grid->cells.bytes());
+    if (level.instances) add("instances", ResidentPart::kAllChannels, level.instances->storage.bytes());
   }
   return parts;
 }
@@ -135,105 +143,121 @@ std::uint64_t VulkanVolume::deviceBytes() const {
   return bytes;
 }
 
-ResidentLevel& VulkanVolume::level(int number, bool apron) {
+ResidentLevel& VulkanVolume::level(int number, bool apron, std::span<const std::size_t> channels) {
   auto& level = levels_.at(2 * static_cast<std::size_t>(number) + (apron ? 1 : 0));
-  if (!level) level = apron ? loadWithApron(number) : loadStored(number);
-  return *level;
+  auto loading = level ? nullptr : std::make_unique<ResidentLevel>();
+  ResidentLevel& resident = level ? *level : *loading;
+  std::optional<ApronLevel> found;  // the subblocks with an apron are the same for every channel, and dear to find
+  for (const std::size_t channel : channels) {
+    if (resident.channels.at(channel)) continue;
+    if (!apron) {
+      loadStored(number, channel, resident);
+    } else if (!found) {
+      loadWithApron(found.emplace(file_, number, static_cast<int>(channel)), channel, resident);
+    } else {
+      ApronLevel other(*found, static_cast<int>(channel));
+      loadWithApron(other, channel, resident);
+    }
+  }
+  if (loading) level = std::move(loading);
+  return resident;
 }
 
-std::unique_ptr<ResidentLevel> VulkanVolume::loadStored(int number) {
+void VulkanVolume::loadStored(int number, std::size_t channel, ResidentLevel& level) {
   const VolumeInfo& info = file_.info();
-  auto level = std::make_unique<ResidentLevel>();
-  level->records = file_.readLevel(number, 0);
-  const std::vector<Block>& blocks = level->records.blocks;
+  const auto file_channel = static_cast<int>(channel);
+  Level records = file_.readLevel(number, file_channel);
+  const std::vector<Block>& blocks = records.blocks;
   const auto read = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
     const std::uint64_t bytes = info.subblockVoxels() * voxelBytes(info.type);
-    file_.readVoxels(number, 0, blocks[first].first_subblock, out.size() / bytes, out);
+    file_.readVoxels(number, file_channel, blocks[first].first_subblock, out.size() / bytes, out);
     BLOCKWALK_CHECK(blocks[end - 1].first_subblock + blocks[end - 1].subblock_count, ==,
                     blocks[first].first_subblock + out.size() / bytes);
   };
-  uploadLevel(*level, info.subblockVoxels() * voxelBytes(info.type), read);
-  return level;
+  upload(records, channel, info.subblockVoxels() * voxelBytes(info.type), read, level);
 }
 
-std::unique_ptr<ResidentLevel> VulkanVolume::loadWithApron(int number) {
-  ApronLevel apron(file_, number, 0);
-  auto level = std::make_unique<ResidentLevel>();
-  level->records = apron.records();
+void VulkanVolume::loadWithApron(ApronLevel& apron, std::size_t channel, ResidentLevel& level) {
+  Level records = apron.records();
   const auto read = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
     for (std::size_t block = first; block < end; ++block) {
-      const std::size_t bytes = level->records.blocks[block].subblock_count * apron.subblockBytes();
+      const std::size_t bytes = records.blocks[block].subblock_count * apron.subblockBytes();
       apron.readBlock(block, out.first(bytes));
       out = out.subspan(bytes);
       // The ranges are known only now.
       const Block& read_block = apron.records().blocks[block];
-      level->records.blocks[block] = read_block;
+      records.blocks[block] = read_block;
       for (std::size_t i = 0; i < read_block.subblock_count; ++i) {
         const std::size_t subblock = read_block.first_subblock + i;
-        level->records.subblocks[subblock] = apron.records().subblocks[subblock];
+        records.subblocks[subblock] = apron.records().subblocks[subblock];
       }
     }
   };
-  uploadLevel(*level, apron.subblockBytes(), read);
-  return level;
+  upload(records, channel, apron.subblockBytes(), read, level);
 }
 
-void VulkanVolume::uploadLevel(ResidentLevel& level, std::uint64_t subblock_bytes, const ReadBlocks& read) {
-  const std::vector<Block>& blocks = level.records.blocks;
-  BLOCKWALK_CHECK(level.records.subblocks.size(), <, gpu::kNone);
-  const int exponent = densityExponent(info());
+void VulkanVolume::upload(Level& records, std::size_t channel, std::uint64_t subblock_bytes, const ReadBlocks& read,
+                          ResidentLevel& level) {
+  const std::vector<Block>& blocks = records.blocks;
+  BLOCKWALK_CHECK(records.subblocks.size(), <, gpu::kNone);
+  const int exponent = densityExponent(info(), channel);
   const auto read_scaled = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
     read(first, end, out);
     toDevice(out, exponent);
   };
-  std::vector<gpu::GpuBlock> records;
-  records.reserve(blocks.size());
+  ResidentChannel resident;
+  std::vector<gpu::GpuBlock> gpu_blocks;
+  gpu_blocks.reserve(blocks.size());
   for (const Chunk& chunk : cutIntoChunks(blocks, subblock_bytes, chunk_bytes_)) {
-    Buffer& buffer = level.voxel_chunks.emplace_back(device_, chunk.bytes, BufferUse::resident);
+    Buffer& buffer = resident.voxel_chunks.emplace_back(device_, chunk.bytes, BufferUse::resident);
     uploadBlocks(device_, buffer, chunk, blocks, subblock_bytes, read_scaled);
     const std::uint64_t first = blocks[chunk.first_block].first_subblock;
     for (std::size_t i = chunk.first_block; i < chunk.end_block; ++i) {
       const std::uint64_t offset = (blocks[i].first_subblock - first) * subblock_bytes;
-      records.push_back(gpuBlock(blocks[i], info().blockVoxels(), exponent, buffer.address() + offset));
+      gpu_blocks.push_back(gpuBlock(blocks[i], info().blockVoxels(), exponent, buffer.address() + offset));
     }
   }
-  level.blocks = uploadVector(device_, records);
+  resident.blocks = uploadVector(device_, gpu_blocks);
+  resident.ranges.resize(records.subblocks.size());
+  std::ranges::transform(records.subblocks, resident.ranges.begin(), [&](const Subblock& s) {
+    return gpu::GpuSubblock{.density_min = onDevice(s.density_min, exponent),
+                            .density_max = onDevice(s.density_max, exponent),
+                            .range_mask = s.range_mask};
+  });
+  if (level.records.blocks.empty()) {
+    level.records = std::move(records);
+    level.records.subblocks = {};
+    if (info().channels.size() > 1) {
+      for (Block& block : level.records.blocks) block.range_mask = 0xff;
+    }
+  }
+  level.channels[channel] = std::move(resident);
 }
 
-const Buffer& VulkanVolume::masks(int number, bool apron) {
-  ResidentLevel& resident = level(number, apron);
-  if (resident.masks.bytes() == 0) {
-    const int exponent = densityExponent(info());
-    std::vector<gpu::GpuSubblock> records(resident.records.subblocks.size());
-    std::ranges::transform(resident.records.subblocks, records.begin(), [&](const Subblock& s) {
-      return gpu::GpuSubblock{.density_min = onDevice(s.density_min, exponent),
-                              .density_max = onDevice(s.density_max, exponent),
-                              .range_mask = s.range_mask};
-    });
-    resident.masks = uploadVector(device_, records);
-    resident.records.subblocks = {};  // only the device needs them from here on
+const Buffer& VulkanVolume::masks(ResidentChannel& channel) {
+  if (channel.masks.bytes() == 0) {
+    channel.masks = uploadVector(device_, channel.ranges);
+    channel.ranges = {};  // only the device needs them from here on
   }
-  return resident.masks;
+  return channel.masks;
 }
 
-const GridBuffers& VulkanVolume::grid(int number, bool apron) {
-  ResidentLevel& resident = level(number, apron);
-  if (!resident.grid) {
-    const BlockGrid grid = buildBlockGrid(resident.records, info().blockVoxels());
-    resident.grid = std::make_unique<GridBuffers>(GridBuffers{.tile_dims = grid.tile_dims,
-                                                              .tiles = uploadVector(device_, grid.tiles),
-                                                              .cells = uploadVector(device_, grid.cells)});
+const GridBuffers& VulkanVolume::grid(ResidentLevel& level) {
+  if (!level.grid) {
+    const BlockGrid grid = buildBlockGrid(level.records, info().blockVoxels());
+    level.grid = std::make_unique<GridBuffers>(GridBuffers{.tile_dims = grid.tile_dims,
+                                                           .tiles = uploadVector(device_, grid.tiles),
+                                                           .cells = uploadVector(device_, grid.cells)});
   }
-  return *resident.grid;
+  return *level.grid;
 }
 
-const AccelerationStructure& VulkanVolume::instances(int number, bool apron, const AccelerationStructure& unit_box) {
-  ResidentLevel& resident = level(number, apron);
-  if (!resident.instances) {
-    resident.instances = std::make_unique<AccelerationStructure>(
-        buildBlockInstances(device_, unit_box, resident.records, info().blockVoxels()));
+const AccelerationStructure& VulkanVolume::instances(ResidentLevel& level, const AccelerationStructure& unit_box) {
+  if (!level.instances) {
+    level.instances = std::make_unique<AccelerationStructure>(
+        buildBlockInstances(device_, unit_box, level.records, info().blockVoxels()));
   }
-  return *resident.instances;
+  return *level.instances;
 }
 
 }  // namespace blockwalk

@@ -1,19 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // A volume on the device. A part is absent until a frame needs it, then resident for as long as the volume lives:
-//   level records and voxels - when a frame draws that level; with an apron (volume/apron.h) beside those without, each
-//                              when a frame needs it;
-//   subblock masks            - when a frame culls on the level;
-//   block grid                - when the grid finder is used on the level;
-//   acceleration structures   - when the query finder is used on the level.
+//   records and voxels of a channel of a level
+//                            - when a frame draws that channel of that level; with an apron (volume/apron.h) beside
+//                              those without, each when a frame needs it;
+//   its subblock masks       - when a frame culls by that channel on the level;
+//   block grid               - when the grid finder is used on the level;
+//   acceleration structures  - when the query finder is used on the level.
 #pragma once
 
+#include <array>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
 #include "renderer/acceleration.h"
 #include "renderer/renderer.h"
+#include "shaders/kernel_interface.h"
+#include "volume/apron.h"
 
 namespace blockwalk {
 
@@ -23,11 +28,19 @@ struct GridBuffers {
   Buffer cells;
 };
 
-struct ResidentLevel {
-  Level records;  // kept for building finders and masks; voxels live on the device only
+struct ResidentChannel {
   Buffer blocks;
   Buffer masks;                      // GpuSubblock[]
   std::vector<Buffer> voxel_chunks;  // equal but for the last; no block crosses from one to the next
+  // What the masks are made of; nothing once they are.
+  std::vector<gpu::GpuSubblock> ranges;
+};
+
+struct ResidentLevel {
+  std::array<std::optional<ResidentChannel>, kMaxChannels> channels;  // by their number in the volume
+  // Kept for building finders, which are the same for every channel: the blocks of whichever came first. Of several
+  // channels the masks hold all bins, because none speaks for the others.
+  Level records;
   std::unique_ptr<GridBuffers> grid;
   std::unique_ptr<AccelerationStructure> instances;
 };
@@ -43,17 +56,19 @@ class VulkanVolume final : public ResidentVolume {
   std::vector<ResidentPart> parts() const override;
 
   // Each makes its part resident if it is not. Throws DataError for the file, DeviceError for memory.
-  ResidentLevel& level(int number, bool apron);
-  const Buffer& masks(int number, bool apron);
-  const GridBuffers& grid(int number, bool apron);
-  const AccelerationStructure& instances(int number, bool apron, const AccelerationStructure& unit_box);
+  // A level with at least these channels; the finders of a level with some channel.
+  ResidentLevel& level(int number, bool apron, std::span<const std::size_t> channels);
+  const Buffer& masks(ResidentChannel& channel);
+  const GridBuffers& grid(ResidentLevel& level);
+  const AccelerationStructure& instances(ResidentLevel& level, const AccelerationStructure& unit_box);
 
  private:
   using ReadBlocks = std::function<void(std::size_t first, std::size_t end, std::span<std::byte> out)>;
 
-  std::unique_ptr<ResidentLevel> loadStored(int number);
-  std::unique_ptr<ResidentLevel> loadWithApron(int number);
-  void uploadLevel(ResidentLevel& level, std::uint64_t subblock_bytes, const ReadBlocks& read);
+  void loadStored(int number, std::size_t channel, ResidentLevel& level);
+  void loadWithApron(ApronLevel& apron, std::size_t channel, ResidentLevel& level);
+  void upload(Level& records, std::size_t channel, std::uint64_t subblock_bytes, const ReadBlocks& read,
+              ResidentLevel& level);
 
   Device& device_;
   std::uint64_t serial_;

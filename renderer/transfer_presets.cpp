@@ -63,8 +63,7 @@ struct Body {
   bool isFlat() const { return !(first < middle && middle < last); }
 };
 
-Body bodyOf(const VolumeInfo& info) {
-  const ChannelInfo& channel = info.channels[0];
+Body bodyOf(const ChannelInfo& channel) {
   const double width = (static_cast<double>(channel.histogram_hi) - channel.histogram_lo) / kHistogramBins;
   const auto at = [&](double bin) { return channel.dataFromStored(channel.histogram_lo + width * bin); };
   if (channel.density_min == channel.density_max) return {};
@@ -74,12 +73,13 @@ Body bodyOf(const VolumeInfo& info) {
 }
 
 // Colours evenly over the body; opacity begins at its first value, is thin in the middle and moderate at its end.
-std::vector<TransferPoint> ramp(const VolumeInfo& info, std::span<const std::uint32_t> colors) {
-  const Body body = bodyOf(info);
+std::vector<TransferPoint> ramp(const VolumeInfo& info, const ChannelInfo& channel,
+                                std::span<const std::uint32_t> colors) {
+  const Body body = bodyOf(channel);
   if (body.isFlat()) {
     // One value, a mask: thin enough to see into, whatever its size.
     const int least = std::min({info.dims.x, info.dims.y, info.dims.z});
-    return {{.value = info.channels[0].dataFromStored(info.channels[0].density_min),
+    return {{.value = channel.dataFromStored(channel.density_min),
              .color = colorOf(colors[colors.size() / 2]),
              .opacity = std::min(0.3, 4.0 / least)}};
   }
@@ -95,13 +95,29 @@ std::vector<TransferPoint> ramp(const VolumeInfo& info, std::span<const std::uin
   return points;
 }
 
-std::vector<TransferPoint> automatic(const VolumeInfo& info) {
+// A colour and black, a share of each, in whole bytes: so the points' text form gives the same colour back.
+std::uint32_t shareOf(std::uint32_t rgb, double share) {
+  const auto byte = [&](int shift) {
+    return static_cast<std::uint32_t>(std::lround(share * (rgb >> shift & 255u))) << shift;
+  };
+  return byte(16) | byte(8) | byte(0);
+}
+
+std::vector<TransferPoint> automatic(const VolumeInfo& info, std::size_t number) {
   constexpr std::array<std::uint32_t, 3> kWarm{0x5c1c0f, 0xdb8c54, 0xfff7e6};
-  const Body body = bodyOf(info);
-  if (body.isFlat()) return ramp(info, kWarm);
-  return {{.value = body.first, .color = colorOf(kWarm[0]), .opacity = 0},
-          {.value = body.middle, .color = colorOf(kWarm[1]), .opacity = kThinOpacity},
-          {.value = body.last, .color = colorOf(kWarm[2]), .opacity = kBodyOpacity}};
+  constexpr std::array<std::uint32_t, kMaxChannels> kOfChannels{0x00ff00, 0xff00ff, 0x00ffff, 0xffff00};
+  const ChannelInfo& channel = info.channels[number];
+  const Body body = bodyOf(channel);
+  std::array<std::uint32_t, 3> colors = kWarm;
+  if (info.channels.size() > 1) {
+    const std::uint32_t full = kOfChannels[number];
+    const double middle = body.isFlat() ? 1 : (body.middle - body.first) / (body.last - body.first);
+    colors = {0, shareOf(full, middle), full};
+  }
+  if (body.isFlat()) return ramp(info, channel, colors);
+  return {{.value = body.first, .color = colorOf(colors[0]), .opacity = 0},
+          {.value = body.middle, .color = colorOf(colors[1]), .opacity = kThinOpacity},
+          {.value = body.last, .color = colorOf(colors[2]), .opacity = kBodyOpacity}};
 }
 
 struct FixedPoint {
@@ -111,12 +127,11 @@ struct FixedPoint {
 };
 
 // Points in Hounsfield units; the first is transparent.
-std::vector<TransferPoint> hounsfield(const VolumeInfo& info, std::string_view name,
+std::vector<TransferPoint> hounsfield(const ChannelInfo& channel, std::string_view name,
                                       std::span<const FixedPoint> fixed) {
-  if (!(info.channels[0].dataFromStored(info.channels[0].density_max) > fixed[0].value)) {
-    throw ViewError("tf",
-                    fmt::format("{} shows what is above {} Hounsfield units; this volume's values end at {}", name,
-                                fixed[0].value, info.channels[0].dataFromStored(info.channels[0].density_max)));
+  if (!(channel.dataFromStored(channel.density_max) > fixed[0].value)) {
+    throw ViewError("tf", fmt::format("{} shows what is above {} Hounsfield units; this volume's values end at {}",
+                                      name, fixed[0].value, channel.dataFromStored(channel.density_max)));
   }
   std::vector<TransferPoint> points;
   for (const FixedPoint& point : fixed) {
@@ -148,24 +163,25 @@ constexpr std::array<FixedPoint, 5> kVessels{
 
 }  // namespace
 
-std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info) {
+std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info, std::size_t number) {
+  const ChannelInfo& channel = info.channels[number];
   switch (preset) {
     case TransferPreset::automatic:
-      return automatic(info);
+      return automatic(info, number);
     case TransferPreset::grey:
-      return ramp(info, kGrey);
+      return ramp(info, channel, kGrey);
     case TransferPreset::viridis:
-      return ramp(info, kViridis);
+      return ramp(info, channel, kViridis);
     case TransferPreset::cividis:
-      return ramp(info, kCividis);
+      return ramp(info, channel, kCividis);
     case TransferPreset::inferno:
-      return ramp(info, kInferno);
+      return ramp(info, channel, kInferno);
     case TransferPreset::ct_bone:
-      return hounsfield(info, "ct-bone", kBone);
+      return hounsfield(channel, "ct-bone", kBone);
     case TransferPreset::ct_soft_tissue:
-      return hounsfield(info, "ct-soft-tissue", kSoftTissue);
+      return hounsfield(channel, "ct-soft-tissue", kSoftTissue);
     case TransferPreset::angiography:
-      return hounsfield(info, "angiography", kVessels);
+      return hounsfield(channel, "angiography", kVessels);
   }
   return {};
 }

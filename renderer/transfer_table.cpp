@@ -11,14 +11,20 @@ namespace {
 
 constexpr double kLargestScale = 3e38;
 
+struct TransferFunction {
+  const std::vector<TransferPoint>& points;
+  TransferShape shape;
+  double unit_distance;
+};
+
 // Constant beyond the ends; linear between points, or as the point before.
-TransferPoint evaluate(const View& view, double value) {
-  const std::vector<TransferPoint>& points = view.transfer;
+TransferPoint evaluate(const TransferFunction& transfer, double value) {
+  const std::vector<TransferPoint>& points = transfer.points;
   const auto next = std::ranges::upper_bound(points, value, {}, &TransferPoint::value);
   if (next == points.begin()) return points.front();
   if (next == points.end()) return points.back();
   const TransferPoint& a = *std::prev(next);
-  if (view.transfer_shape == TransferShape::stepped) return a;
+  if (transfer.shape == TransferShape::stepped) return a;
   const double w = (value - a.value) / (next->value - a.value);
   return {.value = value,
           .color = a.color + w * (next->color - a.color),
@@ -37,13 +43,14 @@ bool isExact(const View& view, const VolumeInfo& info) {
          (view.mode == Mode::blend || view.mode == Mode::first_hit);
 }
 
-TransferTable bakeExact(const View& view, const VolumeInfo& info, StoredRange visible) {
+TransferTable bakeExact(const TransferFunction& transfer, VoxelType type, const ChannelInfo& channel,
+                        StoredRange visible) {
   TransferTable table;
-  table.entries.assign(info.type == VoxelType::u8 ? 256 : 65536, glm::vec4(0));
+  table.entries.assign(type == VoxelType::u8 ? 256 : 65536, glm::vec4(0));
   for (std::size_t stored = 0; stored < table.entries.size(); ++stored) {
     const auto value = static_cast<float>(stored);
     if (value < visible.lo || value > visible.hi) continue;
-    table.entries[stored] = entryOf(evaluate(view, info.channels[0].dataFromStored(value)), unitDistance(info));
+    table.entries[stored] = entryOf(evaluate(transfer, channel.dataFromStored(value)), transfer.unit_distance);
   }
   return table;
 }
@@ -71,9 +78,9 @@ glm::dvec2 momentsOfLog(double q0, double q1) {
 }
 
 // Integral over value from `lo` to `hi` of (extinction x colour, extinction) a unit distance; no point lies between.
-glm::dvec4 integralBetween(const View& view, double lo, double hi) {
-  const TransferPoint a = evaluate(view, lo);
-  const TransferPoint b = view.transfer_shape == TransferShape::stepped ? a : evaluate(view, hi);
+glm::dvec4 integralBetween(const TransferFunction& transfer, double lo, double hi) {
+  const TransferPoint a = evaluate(transfer, lo);
+  const TransferPoint b = transfer.shape == TransferShape::stepped ? a : evaluate(transfer, hi);
   const glm::dvec2 moments = a.opacity >= 1 && b.opacity >= 1 ? kOpaqueExtinction * glm::dvec2(1, 0.5)
                                                               : momentsOfLog(1 - a.opacity, 1 - b.opacity);
   return (hi - lo) * glm::dvec4(moments.x * a.color + moments.y * (b.color - a.color), moments.x);
@@ -82,18 +89,18 @@ glm::dvec4 integralBetween(const View& view, double lo, double hi) {
 // The exact integral up to each entry, so that what is narrower than an entry counts for what it is. `value(i)` is the
 // entry's, in data units; one data unit is `device_per_data` on the device.
 template <typename ValueOf>
-void integrate(const View& view, double unit_distance, ValueOf value, double device_per_data, TransferTable& table) {
+void integrate(const TransferFunction& transfer, ValueOf value, double device_per_data, TransferTable& table) {
   glm::dvec4 sum(0);
-  auto point = view.transfer.begin();
+  auto point = transfer.points.begin();
   for (int i = 0; i < kTableEntries; ++i) {
     double at = i > 0 ? value(i - 1) : value(0);
-    while (point != view.transfer.end() && point->value <= at) ++point;
-    for (; point != view.transfer.end() && point->value < value(i); ++point) {
-      sum += integralBetween(view, at, point->value);
+    while (point != transfer.points.end() && point->value <= at) ++point;
+    for (; point != transfer.points.end() && point->value < value(i); ++point) {
+      sum += integralBetween(transfer, at, point->value);
       at = point->value;
     }
-    sum += integralBetween(view, at, value(i));
-    const glm::dvec4 integral = sum * (device_per_data / unit_distance);
+    sum += integralBetween(transfer, at, value(i));
+    const glm::dvec4 integral = sum * (device_per_data / transfer.unit_distance);
     const glm::vec4 rounded(integral);
     table.integrals.push_back(rounded);
     table.integrals.emplace_back(integral - glm::dvec4(rounded));
@@ -102,16 +109,19 @@ void integrate(const View& view, double unit_distance, ValueOf value, double dev
 
 }  // namespace
 
-TransferTable bakeTransfer(const View& view, const VolumeInfo& info, const Plan& plan) {
-  const ChannelInfo& channel = info.channels[0];
-  if (isExact(view, info)) return bakeExact(view, info, plan.range);
+TransferTable bakeTransfer(const View& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn) {
+  const ChannelInfo& channel = info.channels[drawn.channel];
+  const TransferFunction transfer{.points = view.channels[drawn.channel].transfer,
+                                  .shape = view.transfer_shape,
+                                  .unit_distance = unitDistance(info)};
+  if (isExact(view, info)) return bakeExact(transfer, info.type, channel, drawn.range);
   // Averages and interpolations with empty voxels lie below level 0's smallest density.
   const bool mixes_empties = plan.level > 0 || view.filter == Filter::linear;
   const double least =
       mixes_empties ? std::min(channel.density_min, emptyValue(info.type, channel)) : channel.density_min;
-  const double lo = std::max<double>(plan.range.lo, least);
-  const double hi = std::max<double>(std::min<double>(plan.range.hi, channel.density_max), lo);
-  const int exponent = densityExponent(info);
+  const double lo = std::max<double>(drawn.range.lo, least);
+  const double hi = std::max<double>(std::min<double>(drawn.range.hi, channel.density_max), lo);
+  const int exponent = densityExponent(info, drawn.channel);
   // A narrower table would have a scale that is no float; one entry more than enough for what is a float is left.
   const double least_width = std::ldexp((kTableEntries - 1) / kLargestScale, -exponent);
   const double width = std::max(hi > lo ? hi - lo : 1, least_width);
@@ -121,10 +131,8 @@ TransferTable bakeTransfer(const View& view, const VolumeInfo& info, const Plan&
   table.entries.reserve(kTableEntries);
   const auto value = [&](int i) { return channel.dataFromStored(lo + width * i / (kTableEntries - 1)); };
   for (int i = 0; i < kTableEntries; ++i)
-    table.entries.push_back(entryOf(evaluate(view, value(i)), unitDistance(info)));
-  if (plan.needs_integrals) {
-    integrate(view, unitDistance(info), value, std::ldexp(1 / channel.value_scale, exponent), table);
-  }
+    table.entries.push_back(entryOf(evaluate(transfer, value(i)), transfer.unit_distance));
+  if (plan.needs_integrals) integrate(transfer, value, std::ldexp(1 / channel.value_scale, exponent), table);
   return table;
 }
 

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace blockwalk {
 namespace {
@@ -79,10 +80,10 @@ void resolveCamera(View& view, const VolumeInfo& info) {
   }
 }
 
-void checkTransfer(const View& view) {
-  for (std::size_t i = 0; i < view.transfer.size(); ++i) {
-    const TransferPoint& point = view.transfer[i];
-    if (!std::isfinite(point.value) || (i > 0 && point.value <= view.transfer[i - 1].value)) {
+void checkTransfer(const std::vector<TransferPoint>& transfer) {
+  for (std::size_t i = 0; i < transfer.size(); ++i) {
+    const TransferPoint& point = transfer[i];
+    if (!std::isfinite(point.value) || (i > 0 && point.value <= transfer[i - 1].value)) {
       throw ViewError("tf", fmt::format("point {}: values must be finite and ascend", i));
     }
     if (!(point.opacity >= 0 && point.opacity <= 1)) {
@@ -124,34 +125,72 @@ void checkOutput(const View& view) {
     throw ViewError("output",
                     "depth and position are of a point, and this mode shows none: use blend, first-hit, iso or mip");
   }
+  if (needs_point && view.mode == Mode::mip && view.drawn.size() > 1) {
+    throw ViewError("output",
+                    "depth and position are of a point, and mip of several channels shows several: draw one channel");
+  }
+}
+
+// Which channels are drawn; in the volume's order, so that a view does not depend on how they are listed.
+void resolveDrawn(View& view, const VolumeInfo& info) {
+  const auto count = static_cast<int>(info.channels.size());
+  if (view.drawn.empty()) {
+    view.drawn.resize(info.channels.size());
+    std::iota(view.drawn.begin(), view.drawn.end(), 0);
+  }
+  std::ranges::sort(view.drawn);
+  for (std::size_t i = 0; i < view.drawn.size(); ++i) {
+    if (view.drawn[i] < 0 || view.drawn[i] >= count) {
+      throw ViewError("channels", fmt::format("{} is not within 0..{}", view.drawn[i], count - 1));
+    }
+    if (i > 0 && view.drawn[i] == view.drawn[i - 1]) {
+      throw ViewError("channels", fmt::format("{} is given twice", view.drawn[i]));
+    }
+  }
+}
+
+void resolveChannel(ChannelView& look, const VolumeInfo& info, std::size_t number) {
+  const ChannelInfo& channel = info.channels[number];
+  if (!look.range) {
+    look.range = DensityRange{channel.dataFromStored(channel.density_min), channel.dataFromStored(channel.density_max)};
+  }
+  if (!(look.range->lo <= look.range->hi) || !std::isfinite(look.range->lo) || !std::isfinite(look.range->hi)) {
+    throw ViewError("range", fmt::format("{}:{} is not a lower and an upper bound", look.range->lo, look.range->hi));
+  }
+  if (info.type == VoxelType::rgba8) {
+    if (!look.transfer.empty() || look.transfer_preset != TransferPreset::automatic) {
+      throw ViewError("tf", "this volume has its own colours (rgba8); use extinction");
+    }
+  } else if (look.transfer.empty()) {
+    look.transfer = presetTransfer(look.transfer_preset, info, number);
+  }
+  checkTransfer(look.transfer);
+}
+
+void resolveChannels(View& view, const VolumeInfo& info) {
+  resolveDrawn(view, info);
+  for (std::size_t i = 0; i < info.channels.size(); ++i) resolveChannel(view.channels[i], info, i);
+  for (std::size_t i = info.channels.size(); i < view.channels.size(); ++i) {
+    const auto refuse = [&](const char* field) {
+      throw ViewError(field, fmt::format("is given for channel {}, the volume has {} from 0", i, info.channels.size()));
+    };
+    if (view.channels[i].range) refuse("range");
+    if (!view.channels[i].transfer.empty() || view.channels[i].transfer_preset != TransferPreset::automatic) {
+      refuse("tf");
+    }
+  }
 }
 
 }  // namespace
 
 View resolveView(const View& view, const VolumeInfo& info) {
-  const ChannelInfo& channel = info.channels[0];
   checkNumbers(view);
   View resolved = view;
   resolveCamera(resolved, info);
-  if (!resolved.range) {
-    resolved.range =
-        DensityRange{channel.dataFromStored(channel.density_min), channel.dataFromStored(channel.density_max)};
-  }
-  if (!(resolved.range->lo <= resolved.range->hi) || !std::isfinite(resolved.range->lo) ||
-      !std::isfinite(resolved.range->hi)) {
-    throw ViewError("range",
-                    fmt::format("{}:{} is not a lower and an upper bound", resolved.range->lo, resolved.range->hi));
-  }
-  if (!resolved.iso) resolved.iso = 0.5 * (resolved.range->lo + resolved.range->hi);
+  resolveChannels(resolved, info);
+  const DensityRange& range = *resolved.channels[static_cast<std::size_t>(resolved.drawn[0])].range;
+  if (!resolved.iso) resolved.iso = 0.5 * (range.lo + range.hi);
   if (!std::isfinite(*resolved.iso)) throw ViewError("iso", "is not finite");
-  if (info.type == VoxelType::rgba8) {
-    if (!resolved.transfer.empty() || resolved.transfer_preset != TransferPreset::automatic) {
-      throw ViewError("tf", "this volume has its own colours (rgba8); use extinction");
-    }
-  } else if (resolved.transfer.empty()) {
-    resolved.transfer = presetTransfer(resolved.transfer_preset, info);
-  }
-  checkTransfer(resolved);
   checkClip(resolved);
   checkOutput(resolved);
   const auto levels = static_cast<int>(info.levels.size());

@@ -69,6 +69,14 @@ struct ClipPlane {
   bool operator==(const ClipPlane&) const = default;
 };
 
+// How one channel is drawn. What is absent is chosen for the channel by resolveView().
+struct ChannelView {
+  std::optional<DensityRange> range;    // default the channel's non-empty range
+  std::vector<TransferPoint> transfer;  // scalars; empty: what the preset says
+  TransferPreset transfer_preset = TransferPreset::automatic;
+  bool operator==(const ChannelView&) const = default;
+};
+
 // What is absent is chosen for the volume by resolveView().
 struct View {
   int width = 1024;
@@ -78,7 +86,8 @@ struct View {
   std::optional<glm::dvec3> up;        // default +y
   double fov_degrees = 40;             // vertical
   std::optional<double> ortho_height;  // world; orthographic when present
-  std::optional<DensityRange> range;   // default the volume's non-empty range
+  std::vector<int> drawn;              // channels of the volume; empty: all
+  std::array<ChannelView, kMaxChannels> channels;
   Mode mode = Mode::blend;
   Filter filter = Filter::nearest;
   double step = 0.5;  // sample distance of the linear filter, voxels of the level drawn
@@ -86,10 +95,8 @@ struct View {
   double termination =
       1.0 / 1024;  // blend: a ray of which less transmittance is left stops; half an 8-bit step at most
   bool lit = false;
-  std::optional<double> iso;            // data units; mode iso, default the middle of the range
-  double extinction = 0.2;              // rgba8: per unit distance at density 255
-  std::vector<TransferPoint> transfer;  // scalar volumes; empty: what the preset says
-  TransferPreset transfer_preset = TransferPreset::automatic;
+  std::optional<double> iso;  // data units; mode iso, default the middle of the first drawn channel's range
+  double extinction = 0.2;    // rgba8: per unit distance at density 255
   TransferShape transfer_shape = TransferShape::linear;
   std::optional<ClipBox> clip;
   std::vector<ClipPlane> planes;  // at most kMaxPlanes, beside the clip box
@@ -121,18 +128,19 @@ struct ViewError : DataError {
   std::string field;
 };
 
-// Fills every absent member from the volume: eye, target, up, range, iso, transfer. Throws ViewError where the view is
-// undefined for this volume: eye = target, up parallel to the view, range inverted, a transfer function for rgba8, a
-// level that is not there, a clip box inverted, a plane without a direction, the depth of a mode that shows no point,
-// several samples of what is no colour.
+// Fills every absent member from the volume: eye, target, up, iso, the drawn channels, which ascend, and range and
+// transfer of every channel of the volume. Throws ViewError where the view is undefined for this volume: eye = target,
+// up parallel to the view, a channel that is not there, a range inverted, a transfer function for rgba8, a level that
+// is not there, a clip box inverted, a plane without a direction, the depth of a mode that shows no point, several
+// samples of what is no colour.
 View resolveView(const View& view, const VolumeInfo& info);
 
 // The camera of a resolved view.
 Camera makeCamera(const View& resolved);
 
-// The points of a preset for a volume; automatic: from the histogram, transparent below the body of the data, a warm
-// ramp above. The colour maps run over the body of the data. Throws ViewError for a CT preset where the volume's values
-// cannot be Hounsfield units.
-std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info);
+// The points of a preset for a channel; automatic: from the histogram, transparent below the body of the data, above it
+// a warm ramp or, of several channels, one from black to the channel's colour. The colour maps run over the body of the
+// data. Throws ViewError for a CT preset where the channel's values cannot be Hounsfield units.
+std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info, std::size_t number);
 
 }  // namespace blockwalk

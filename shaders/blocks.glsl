@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The resident blocks: where they lie, whether the range can see them, who their neighbours are.
+// The resident blocks: where they lie, whether the ranges can see them, who their neighbours are.
 
-#define blockAt(index) BlockArray(scene.blocks).at[index]
+// A block as a drawn channel has it; what all channels have in common is read from the first.
+#define channelBlockAt(c, index) BlockArray(scene.channels[c].blocks).at[index]
+#define blockAt(index) channelBlockAt(0, index)
 
 vec3 blockCorner(uint block) { return vec3(blockAt(block).origin) - scene.anchor; }
 
@@ -9,8 +11,13 @@ vec2 blockInterval(Ray ray, uint block) { return cubeInterval(ray, blockCorner(b
 
 // Derin et al. 2021, 2.3. Mask, minimum and maximum each prove absence, none proves presence.
 bool blockMeetsRange(uint block) {
-  return (blockAt(block).range_mask & scene.range_mask) != 0u && blockAt(block).density_max >= scene.density_lo &&
-         blockAt(block).density_min <= scene.density_hi;
+  bool meets = false;
+  forEachChannel(c, {
+    meets = meets || ((channelBlockAt(c, block).range_mask & scene.channels[c].range_mask) != 0u &&
+                      channelBlockAt(c, block).density_max >= scene.channels[c].density_lo &&
+                      channelBlockAt(c, block).density_min <= scene.channels[c].density_hi);
+  })
+  return meets;
 }
 
 // Rank of the local subblock in the block, or kNoSubblock.
@@ -20,11 +27,17 @@ uint subblockRank(uint block, uint local) {
 
 bool blockIsCulled(uint block) { return kCull && !blockMeetsRange(block); }
 
-bool subblockIsCulled(uint subblock) {
-  if (!kCull) return false;
-  GpuSubblock record = SubblockArray(scene.subblocks).at[subblock];
-  return (record.range_mask & scene.range_mask) == 0u || record.density_max < scene.density_lo ||
-         record.density_min > scene.density_hi;
+// Bit c: drawn channel c may show something in the subblock.
+uint channelsIn(uint subblock) {
+  if (!kCull) return (1u << kChannels) - 1u;
+  uint channels = 0u;
+  forEachChannel(c, {
+    GpuSubblock record = SubblockArray(scene.channels[c].subblocks).at[subblock];
+    bool culled = (record.range_mask & scene.channels[c].range_mask) == 0u ||
+                  record.density_max < scene.channels[c].density_lo || record.density_min > scene.channels[c].density_hi;
+    channels |= culled ? 0u : 1u << c;
+  })
+  return channels;
 }
 
 // Block walking (Derin et al. 2021, 2.2): the block behind the face through which the ray leaves, or kNone.

@@ -44,8 +44,9 @@ uint findByQuery(Ray ray, float t, inout Work work) {
   float t_query = max(t - t_start - slack, 0.0);
   vec3 origin = ray.origin + ray.dir * t_start + scene.anchor;
   rayQueryEXT query;
-  rayQueryInitializeEXT(query, instances, gl_RayFlagsNoneEXT, kCull ? scene.range_mask : 0xffu, origin,
-                        t_query, ray.dir, ray.t_max - t_start + slack);
+  // The mask of one range speaks for one channel.
+  uint mask = kCull && kChannels == 1 ? scene.channels[0].range_mask : 0xffu;
+  rayQueryInitializeEXT(query, instances, gl_RayFlagsNoneEXT, mask, origin, t_query, ray.dir, ray.t_max - t_start + slack);
   float best = ray.t_max;
   uint found = kNone;
   while (rayQueryProceedEXT(query)) {

@@ -9,39 +9,61 @@ struct Ink {
   ivec3 voxel;  // first-hit, iso
   float t;      // of the point shown, kHugeT where there is none
   bool done;
-  float density;  // mip: the largest; mean: density x length
-  float length_t;  // mean: of what was visible
-  vec4 part;       // blend: colour and opacity of the subblock at hand by itself, not yet in the members above
-  vec4 rest;       // blend: what colour and transmittance have gained in rounding
+  float density[kMaxDrawnChannels];   // mip: the largest; mean: density x length
+  float length_t[kMaxDrawnChannels];  // mean: of what was visible
+  vec4 part;  // blend: colour and opacity of the subblock at hand by itself, not yet in the members above
+  vec4 rest;  // blend: what colour and transmittance have gained in rounding
 };
+
+Ink freshInk() {
+  Ink ink;
+  ink.color = vec3(0.0);
+  ink.transmittance = 1.0;
+  ink.voxel = ivec3(-1);
+  ink.t = kHugeT;
+  ink.done = false;
+  forEachChannel(c, {
+    ink.density[c] = kMode == kModeMean ? 0.0 : -kHugeDensity;
+    ink.length_t[c] = 0.0;
+  })
+  ink.part = vec4(0.0);
+  ink.rest = vec4(0.0);
+  return ink;
+}
 
 bool isVisible(float density, Sample s) {
   if (kMode == kModeIso || kMode == kModeMip || kMode == kModeMean) return true;
   return kVoxelType == kVoxelRgba8 || s.extinction > 0.0;
 }
 
-// A visible piece of a ray of constant density; `s` is what shadeDensity() says of it.
-void gather(float density, Sample s, float t_begin, float length_t, inout Ink ink) {
+// Whether each channel's densities are gathered by themselves, and mixed in the end alone.
+BLOCKWALK_DERIVED bool kGathersDensities = kMode == kModeMip || kMode == kModeMean;
+
+// mip, mean: a visible piece of a ray of constant density in a channel. `color` is that of rgba8.
+void gatherDensity(int c, float density, vec3 color, float t_begin, float length_t, inout Ink ink) {
   if (kMode == kModeMip) {
-    if (density > ink.density) {
-      ink.density = density;
-      ink.color = s.color;
+    if (density > ink.density[c]) {
+      ink.density[c] = density;
+      if (kVoxelType == kVoxelRgba8) ink.color = color;
       ink.transmittance = 0.0;
       ink.t = kFilter == kFilterNearest ? t_begin : t_begin + 0.5 * length_t;
     }
-  } else if (kMode == kModeMean) {
-    ink.density += density * length_t;
-    ink.length_t += length_t;
-    if (kVoxelType == kVoxelRgba8) ink.color += s.color * (density * length_t);
   } else {
-    float before = ink.transmittance * (1.0 - ink.part.a);
-    ink.part += (1.0 - ink.part.a) * opacityOfDepth(s.extinction * length_t) * vec4(s.color, 1.0);
-    float after = ink.transmittance * (1.0 - ink.part.a);
-    ink.done = after < scene.transmittance_bound;
-    if (kOutput == kOutputPoint && after <= 0.5) {
-      ink.t = t_begin + min(log(2.0 * before) / s.extinction, length_t);  // before exp(-extinction s) = 1/2
-      ink.done = true;
-    }
+    ink.density[c] += density * length_t;
+    ink.length_t[c] += length_t;
+    if (kVoxelType == kVoxelRgba8) ink.color += color * (density * length_t);
+  }
+}
+
+// blend: a visible piece of a ray of constant colour and extinction.
+void gather(Sample s, float t_begin, float length_t, inout Ink ink) {
+  float before = ink.transmittance * (1.0 - ink.part.a);
+  ink.part += (1.0 - ink.part.a) * opacityOfDepth(s.extinction * length_t) * vec4(s.color, 1.0);
+  float after = ink.transmittance * (1.0 - ink.part.a);
+  ink.done = after < scene.transmittance_bound;
+  if (kOutput == kOutputPoint && after <= 0.5) {
+    ink.t = t_begin + min(log(2.0 * before) / s.extinction, length_t);  // before exp(-extinction s) = 1/2
+    ink.done = true;
   }
 }
 
@@ -67,12 +89,17 @@ void hit(vec3 color, vec3 place, float t, inout Ink ink) {
   ink.done = true;
 }
 
-void finishMean(inout Ink ink) {
-  if (!(ink.length_t > 0.0)) return;
-  ink.transmittance = 0.0;
-  if (kVoxelType == kVoxelRgba8) {
-    ink.color = ink.density > 0.0 ? ink.color / ink.density : vec3(0.0);
-  } else {
-    ink.color = tableSample(ink.density / ink.length_t).color;
+// mip, mean: the channels' own colours, added.
+void mixDensities(inout Ink ink) {
+  if (kMode == kModeMean && kVoxelType == kVoxelRgba8) {
+    ink.color = ink.density[0] > 0.0 ? ink.color / ink.density[0] : vec3(0.0);
   }
+  forEachChannel(c, {
+    bool seen = kMode == kModeMean ? ink.length_t[c] > 0.0 : ink.density[c] > -kHugeDensity;
+    if (seen) {
+      ink.transmittance = 0.0;
+      float density = kMode == kModeMean ? ink.density[c] / ink.length_t[c] : ink.density[c];
+      if (kVoxelType != kVoxelRgba8) ink.color += tableSample(c, density).color;
+    }
+  })
 }

@@ -38,8 +38,9 @@ layout(push_constant, scalar) uniform Push {
 #define kClassification choices[13]
 #define kOutput choices[14]
 #define kAntialias (choices[15] != 0u)
-#define kCount (choices[16] != 0u)
-#define kProbe (choices[17] != 0u)
+#define kChannels int(choices[16])
+#define kCount (choices[17] != 0u)
+#define kProbe (choices[18] != 0u)
 #else
 layout(push_constant, scalar) uniform Push { PushConstants push; };
 #define BLOCKWALK_DERIVED const
@@ -59,8 +60,9 @@ layout(constant_id = 12) const bool kLit = false;
 layout(constant_id = 13) const uint kClassification = kClassificationPost;
 layout(constant_id = 14) const uint kOutput = kOutputColor;
 layout(constant_id = 15) const bool kAntialias = false;  // several samples a pixel, a dispatch each
-layout(constant_id = 16) const bool kCount = true;
-layout(constant_id = 17) const bool kProbe = false;
+layout(constant_id = 16) const int kChannels = 1;        // drawn
+layout(constant_id = 17) const bool kCount = true;
+layout(constant_id = 18) const bool kProbe = false;
 #endif
 
 BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
@@ -91,50 +93,48 @@ layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
 // What the loops need of the frame, read once: a load by address inside a loop costs more than the arithmetic around it
 // (on lavapipe it is one load a lane).
 struct Scene {
-  uint64_t blocks;
-  uint64_t subblocks;
+  DrawnChannel channels[kMaxDrawnChannels];
   uint64_t grid_tiles;
   uint64_t grid_cells;
-  uint64_t table;
-  uint64_t integrals;
   vec3 anchor;
   ivec3 tile_dims;
-  float density_lo;
-  float density_hi;
-  uint range_mask;
   float extinction_scale;
-  float table_first;
-  float table_scale;
-  uint table_last;
   uint sample_bound;
   vec3 gradient_rows[3];
   float transmittance_bound;
-  float light_strength;
   vec3 light;
 };
 
 Scene scene;
 
+// The statement for each channel drawn, with `c` its place among them. Where their number is constant so is `c`, without
+// a loop that a compiler might leave one: of one channel the code is that of no loop at all, and an array that is indexed
+// by it needs no memory.
+#ifdef BLOCKWALK_GENERAL
+#define forEachChannel(c, statement) for (int c = 0; c < kChannels; ++c) { statement }
+#else
+#define forOneChannel(c, number, statement) if (kChannels > number) { const int c = number; statement }
+#define forEachChannel(c, statement)   \
+  {                                    \
+    forOneChannel(c, 0, statement)     \
+    forOneChannel(c, 1, statement)     \
+    forOneChannel(c, 2, statement)     \
+    forOneChannel(c, 3, statement)     \
+  }
+#endif
+
+void loadChannel(int c) { scene.channels[c] = frame.channels[c]; }
+
 void loadScene() {
-  scene.blocks = frame.blocks;
-  scene.subblocks = frame.subblocks;
+  forEachChannel(c, loadChannel(c);)
   scene.grid_tiles = frame.grid_tiles;
   scene.grid_cells = frame.grid_cells;
-  scene.table = frame.table;
-  scene.integrals = frame.integrals;
   scene.anchor = vec3(frame.anchor);
   scene.tile_dims = frame.tile_dims;
-  scene.density_lo = frame.density_lo;
-  scene.density_hi = frame.density_hi;
-  scene.range_mask = frame.range_mask;
   scene.extinction_scale = frame.extinction_scale;
-  scene.table_first = frame.table_first;
-  scene.table_scale = frame.table_scale;
-  scene.table_last = frame.table_last;
   scene.sample_bound = frame.sample_bound;
   scene.gradient_rows = frame.gradient_rows;
   scene.transmittance_bound = frame.transmittance_bound;
-  scene.light_strength = frame.light_strength;
   scene.light = frame.light;
 }
 

@@ -51,13 +51,14 @@ BLOCKWALK_CONST uint kOutputCost = 2;
 BLOCKWALK_CONST uint kFinderQuery = 1;
 BLOCKWALK_CONST uint kFinderGrid = 2;
 
-BLOCKWALK_CONST int kChoiceCount = 18;  // specialisation constants
+BLOCKWALK_CONST int kChoiceCount = 19;  // specialisation constants
 
 BLOCKWALK_CONST uint kNone = 0xffffffffu;
 BLOCKWALK_CONST uint kNoSubblock = 255u;  // in GpuBlock::indices
 BLOCKWALK_CONST int kGridTileSide = 8;    // blocks
 BLOCKWALK_CONST int kMaxClipPlanes = 12;  // a clip box's and a view's own
-BLOCKWALK_CONST int kGroupSide = 8;       // pixels; a workgroup is 8x8, a subgroup of 8 lanes 4x2 of them
+BLOCKWALK_CONST int kMaxDrawnChannels = 4;
+BLOCKWALK_CONST int kGroupSide = 8;  // pixels; a workgroup is 8x8, a subgroup of 8 lanes 4x2 of them
 // Output point: t where there is nothing to show. Bounds of the traversal are of this size where a ray stands still.
 BLOCKWALK_CONST float kHugeT = 1e30f;
 
@@ -96,13 +97,27 @@ struct GpuProbe {
   float t;
 };
 
+// A channel that is drawn. All of a volume have the same blocks and subblocks in the same order: origins, neighbours
+// and indices are equal, ranges, masks and voxels are each channel's own.
+struct DrawnChannel {
+  uint64_t blocks;     // GpuBlock[]
+  uint64_t subblocks;  // GpuSubblock[]
+  uint64_t table;      // vec4[]: colour, extinction per world unit
+  uint64_t integrals;  // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
+  float density_lo;    // effective range, stored units, inclusive
+  float density_hi;
+  uint range_mask;
+  float table_first;  // table index = (stored - table_first) * table_scale
+  float table_scale;
+  uint table_last;
+  float light_strength;  // light is full where the world gradient times this reaches 1
+  uint padding;
+};
+
 struct FrameParams {
-  uint64_t blocks;      // GpuBlock[]
-  uint64_t subblocks;   // GpuSubblock[]
+  DrawnChannel channels[kMaxDrawnChannels];
   uint64_t grid_tiles;  // uint[]: number of the tile's 512 cells, or kNone
   uint64_t grid_cells;  // uint[][512]: block index or kNone
-  uint64_t table;       // vec4[]: colour, extinction per world unit
-  uint64_t integrals;   // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
   uint64_t pixels;      // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost)
   uint64_t sums;        // vec4[], the band's: premultiplied colours of the samples so far, added
   uint64_t probes;      // GpuProbe[], the band's
@@ -132,21 +147,14 @@ struct FrameParams {
   ivec2 size;                        // pixels
   uint clip_plane_count;
 
-  float density_lo;  // effective range, stored units, inclusive
-  float density_hi;
-  uint range_mask;
   float extinction_scale;  // rgba8: extinction per world unit and density step
-  float table_first;       // table index = (stored - table_first) * table_scale
-  float table_scale;
-  uint table_last;
-  vec4 background;  // premultiplied
+  vec4 background;         // premultiplied
 
   float step_voxels;  // filter linear: distance of samples
   uint sample_bound;  // no ray has more samples in one subblock
   vec3
       gradient_rows[3];  // world gradient = (dot(row 0, g), dot(row 1, g), dot(row 2, g)) of the index-space gradient g
   float transmittance_bound;  // a ray of which less is left stops
-  float light_strength;       // light is full where the world gradient times this reaches 1
   vec3 light;                 // index-space direction whose world direction is the unit vector to the light
 };
 
@@ -189,10 +197,11 @@ BLOCKWALK_FUNCTION float opacityOfDepth(float depth) {
 static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
 static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
 static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
-static_assert(offsetof(FrameParams, point_center) == 80 && offsetof(FrameParams, half_width) == 152);
-static_assert(offsetof(FrameParams, clip_planes) == 188 && offsetof(FrameParams, anchor) == 380);
-static_assert(offsetof(FrameParams, density_lo) == 428 && offsetof(FrameParams, background) == 456);
-static_assert(offsetof(FrameParams, gradient_rows) == 480 && offsetof(FrameParams, light) == 524);
+static_assert(sizeof(DrawnChannel) == 64 && offsetof(FrameParams, grid_tiles) == 256);
+static_assert(offsetof(FrameParams, point_center) == 304 && offsetof(FrameParams, half_width) == 376);
+static_assert(offsetof(FrameParams, clip_planes) == 412 && offsetof(FrameParams, anchor) == 604);
+static_assert(offsetof(FrameParams, extinction_scale) == 652 && offsetof(FrameParams, background) == 656);
+static_assert(offsetof(FrameParams, gradient_rows) == 680 && offsetof(FrameParams, light) == 720);
 static_assert(sizeof(PushConstants) == 24);
 }  // namespace blockwalk::gpu
 #endif

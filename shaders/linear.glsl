@@ -14,13 +14,16 @@ float latticeIndex(Ray ray, float t) { return floor(t / ray.dt - 0.5); }
 
 vec3 placeAt(Ray ray, float t) { return ray.start + ray.dir * t; }
 
-// The subblock at a place near `block`, and the place relative to its corner. voxels is 0 where nothing is stored.
+// The subblock at a place near `block`, and the place relative to its corner.
 struct Spot {
-  uint64_t voxels;
+  bool stored;
+  SubblockVoxels voxels;
   vec3 place;
 };
 
 Spot spotNear(uint block, vec3 place) {
+  Spot spot;
+  spot.stored = false;
   const float block_side = float(kBlockVoxels);
   for (int step = 0; step < 3; ++step) {
     vec3 corner = blockCorner(block);
@@ -32,22 +35,33 @@ Spot spotNear(uint block, vec3 place) {
       next = next == block || next == kNone ? neighbour : next;
     }
     if (next == block) break;
-    if (next == kNone) return Spot(uint64_t(0), vec3(0.0));
+    if (next == kNone) return spot;
     block = next;
   }
   vec3 in_block = clamp(place - blockCorner(block), vec3(0.0), vec3(block_side));
   vec3 local = min(floor(in_block * (1.0 / float(kSubblockSide))), vec3(kBlockSide - 1));
   uint rank = subblockRank(block, uint(dot(local, latticeStrides(vec3(kBlockSide)))));
-  if (rank == kNoSubblock) return Spot(uint64_t(0), vec3(0.0));
-  return Spot(blockAt(block).voxels + uint64_t(rank) * kSubblockBytes, in_block - local * float(kSubblockSide));
+  if (rank == kNoSubblock) return spot;
+  spot.stored = true;
+  spot.voxels = subblockOfRank(firstSubblock(block), rank, (1u << kChannels) - 1u);
+  spot.place = in_block - local * float(kSubblockSide);
+  return spot;
+}
+
+bool channelShowsAt(int c, uint64_t voxels, vec3 place) {
+  float density = densityAt(voxels, place);
+  if (!isInRange(c, density)) return false;
+  return kMode == kModeIso || kVoxelType == kVoxelRgba8 || tableSample(c, density).extinction > 0.0;
 }
 
 bool showsAt(uint block, vec3 place) {
   Spot spot = spotNear(block, place);
-  if (spot.voxels == uint64_t(0)) return false;
-  float density = densityAt(spot.voxels, spot.place);
-  if (!isInRange(density)) return false;
-  return kMode == kModeIso || kVoxelType == kVoxelRgba8 || tableSample(density).extinction > 0.0;
+  if (!spot.stored) return false;
+  bool shows = false;
+  forEachChannel(c, {
+    if (!shows) shows = channelShowsAt(c, spot.voxels.at[c], spot.place);
+  })
+  return shows;
 }
 
 // Bisection between the sample before, which shows nothing unless the ray begins there, and the one at t, which does.
@@ -68,35 +82,71 @@ float crossingBefore(Ray ray, uint block, float k, float t) {
   return shown;
 }
 
-vec3 litColor(vec3 color, uint64_t voxels, vec3 place, Ray ray) {
-  return kLit ? lightColor(color, gradientAt(voxels, place), ray.dir) : color;
+vec3 litColor(int c, vec3 color, uint64_t voxels, vec3 place, Ray ray) {
+  return kLit ? lightColor(c, color, gradientAt(voxels, place), ray.dir) : color;
+}
+
+// Adds what channel c shows of a place to the mixture. A single channel is known to be visible there: its density may lie
+// a rounding beside the bound that the place was found by.
+void addHit(int c, Ray ray, uint64_t voxels, vec3 place, inout Sample mixture) {
+  FieldValue value = fieldAt(voxels, place);
+  if (kChannels > 1 && !isInRange(c, value.density)) return;
+  Sample s = shadeDensity(c, value.density, value.color);
+  if (kChannels > 1 && !isVisible(value.density, s)) return;
+  s.color = litColor(c, s.color, voxels, place, ray);
+  mixIn(s, mixture);
+}
+
+Sample hitOn(Ray ray, Spot spot) {
+  Sample mixture = Sample(vec3(0.0), 0.0);
+  forEachChannel(c, addHit(c, ray, spot.voxels.at[c], spot.place, mixture);)
+  return mixture;
 }
 
 void hitBefore(Ray ray, uint block, Spot sampled, float k, float t, inout Ink ink) {
   float t_hit = crossingBefore(ray, block, k, t);
   Spot spot = spotNear(block, placeAt(ray, t_hit));
-  if (spot.voxels == uint64_t(0)) spot = sampled;
-  FieldValue value = fieldAt(spot.voxels, spot.place);
-  vec3 color = shadeDensity(value.density, value.color).color;
-  hit(litColor(color, spot.voxels, spot.place, ray), placeAt(ray, t_hit), t_hit, ink);
+  if (!spot.stored) spot = sampled;
+  Sample s = hitOn(ray, spot);
+  if (kChannels > 1 && !(s.extinction > 0.0)) s = hitOn(ray, sampled);  // the same rounding
+  hit(s.color, placeAt(ray, t_hit), t_hit, ink);
 }
 
-void integrateSample(Ray ray, uint block, uint64_t voxels, vec3 corner, float k, vec2 interval, inout Ink ink) {
+// What channel c shows of a sample: added to the mixture or, mip and mean, to the ink. Whether there is anything to see.
+bool addSample(int c, Ray ray, uint64_t voxels, vec3 place, vec2 interval, inout Sample mixture, inout Ink ink) {
+  FieldValue value = fieldAt(voxels, place);
+  if (kTestVoxel && !isInRange(c, value.density)) return false;
+  Sample s = shadeDensity(c, value.density, value.color);
+  if (!isVisible(value.density, s)) return false;
+  if (kGathersDensities) {
+    gatherDensity(c, value.density, s.color, interval.x, interval.y - interval.x, ink);
+  } else if (kMode == kModeBlend) {
+    s.color = litColor(c, s.color, voxels, place, ray);
+    mixIn(s, mixture);
+  }
+  return true;
+}
+
+void integrateSample(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, float k, vec2 interval, inout Ink ink) {
   float t = middleOf(interval);
   vec3 place = placeAt(ray, t) - corner;
-  FieldValue value = fieldAt(voxels, place);
-  if (kTestVoxel && !isInRange(value.density)) return;
-  Sample s = shadeDensity(value.density, value.color);
-  if (!isVisible(value.density, s)) return;
+  Sample mixture = Sample(vec3(0.0), 0.0);
+  bool visible = false;
+  forEachChannel(c, {
+    if (mayShow(voxels, c)) {
+      bool adds = addSample(c, ray, voxels.at[c], place, interval, mixture, ink);
+      visible = visible || adds;
+    }
+  })
+  if (kGathersDensities || !visible) return;
   if (kMode == kModeFirstHit || kMode == kModeIso) {
-    hitBefore(ray, block, Spot(voxels, place), k, t, ink);
-    return;
+    hitBefore(ray, block, Spot(true, voxels, place), k, t, ink);
+  } else {
+    gather(mixture, interval.x, interval.y - interval.x, ink);
   }
-  if (kMode == kModeBlend) s.color = litColor(s.color, voxels, place, ray);
-  gather(value.density, s, interval.x, interval.y - interval.x, ink);
 }
 
-void integrateLinear(Ray ray, uint block, uint64_t voxels, vec3 corner, float t_begin, float t_end, inout Ink ink,
+void integrateLinear(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, float t_begin, float t_end, inout Ink ink,
                      inout Work work) {
   float k = latticeIndex(ray, t_begin);
   for (uint i = 0u; i < scene.sample_bound; ++i) {
@@ -108,61 +158,6 @@ void integrateLinear(Ray ray, uint block, uint64_t voxels, vec3 corner, float t_
       integrateSample(ray, block, voxels, corner, k, interval, ink);
       if (ink.done) return;
     }
-    k += 1.0;
-  }
-  work.loop_bound_hits += 1u;
-}
-
-// Integrals of extinction x colour and of extinction over stored value, from the table's start to `stored`; the second
-// entry of each pair holds what the first lost in rounding.
-void lookUpIntegrals(float stored, out vec4 high, out vec4 low) {
-  float index = clamp((stored - scene.table_first) * scene.table_scale, 0.0, float(scene.table_last));
-  uint entry = min(uint(index), scene.table_last - 1u);
-  float weight = index - float(entry);
-  TableArray table = TableArray(scene.integrals);
-  // The step to the next entry is small, so adding it to the rest keeps the pair's precision.
-  high = table.at[2u * entry];
-  low = table.at[2u * entry + 1u] + weight * ((table.at[2u * entry + 2u] - high) + table.at[2u * entry + 3u] -
-                                              table.at[2u * entry + 1u]);
-}
-
-// The mean colour (weighted by extinction) and mean extinction of a piece whose density goes linearly from front to back
-// (Engel, Kraus, Ertl 2001, without attenuation inside the piece).
-Sample sampleBetween(float front, float back) {
-  if (abs(back - front) * scene.table_scale < 1.0) {
-    float middle = 0.5 * (front + back);
-    if (!isInRange(middle)) return Sample(vec3(0.0), 0.0);
-    return tableSample(middle);
-  }
-  vec4 high_front, low_front, high_back, low_back;
-  lookUpIntegrals(front, high_front, low_front);
-  lookUpIntegrals(back, high_back, low_back);
-  vec4 integral = ((high_back - high_front) + (low_back - low_front)) / (back - front);
-  if (!(integral.a > 0.0)) return Sample(vec3(0.0), 0.0);
-  return Sample(integral.rgb / integral.a, integral.a);
-}
-
-// The lattice's intervals, cut where the ray enters and leaves the subblock too.
-void integratePreIntegrated(Ray ray, uint64_t voxels, vec3 corner, float t_begin, float t_end, inout Ink ink,
-                            inout Work work) {
-  float k = floor(t_begin / ray.dt);
-  float t = t_begin;
-  float front = densityAt(voxels, placeAt(ray, t) - corner);
-  for (uint i = 0u; i < scene.sample_bound; ++i) {
-    float next = min((k + 1.0) * ray.dt, t_end);
-    if (next > t) {
-      if (kTally) work.voxel_steps += 1u;
-      float back = densityAt(voxels, placeAt(ray, next) - corner);
-      Sample s = sampleBetween(front, back);
-      if (s.extinction > 0.0) {
-        s.color = litColor(s.color, voxels, placeAt(ray, 0.5 * (t + next)) - corner, ray);
-        gather(back, s, t, next - t, ink);
-        if (ink.done) return;
-      }
-      front = back;
-      t = next;
-    }
-    if (next >= t_end) return;
     k += 1.0;
   }
   work.loop_bound_hits += 1u;

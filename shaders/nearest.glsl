@@ -10,30 +10,49 @@ vec3 voxelAt(float index) {
   return vec3(index - stride * (y + stride * z), y, z);
 }
 
-void integrateVoxel(Ray ray, uint64_t address, Dda voxels, float t_end, vec3 corner, inout Ink ink) {
+// What channel c has in a voxel that the ray crosses over `length_t`: added to the mixture or, mip and mean, to the ink.
+// Whether there is anything to see.
+bool addVoxel(int c, Ray ray, uint64_t address, int index, float t, float length_t, inout Sample mixture,
+              inout Ink ink) {
   uint bits;
-  int index = int(voxels.index) + kApronOffset;
   float density = loadDensity(address, index, bits);
-  float length_t = min(voxels.t_exit, t_end) - voxels.t;
-  if (!(length_t > 0.0) || (kTestVoxel && !isInRange(density))) return;
-  Sample s = shadeDensity(density, colorOf(bits));
-  if (!isVisible(density, s)) return;
-  if (kLit && kMode != kModeMip && kMode != kModeMean) {
-    s.color = lightColor(s.color, voxelGradient(address, index), ray.dir);
-  }
-  if (kMode == kModeFirstHit || kMode == kModeIso) {
-    hit(s.color, corner + voxelAt(voxels.index) + 0.5, voxels.t, ink);
+  if (!(length_t > 0.0) || (kTestVoxel && !isInRange(c, density))) return false;
+  Sample s = shadeDensity(c, density, colorOf(bits));
+  if (!isVisible(density, s)) return false;
+  if (kGathersDensities) {
+    gatherDensity(c, density, s.color, t, length_t, ink);
   } else {
-    gather(density, s, voxels.t, length_t, ink);
+    if (kLit) s.color = lightColor(c, s.color, voxelGradient(address, index), ray.dir);
+    mixIn(s, mixture);
+  }
+  return true;
+}
+
+void integrateVoxel(Ray ray, SubblockVoxels subblock, Dda voxels, float t_end, vec3 corner, inout Ink ink) {
+  int index = int(voxels.index) + kApronOffset;
+  float length_t = min(voxels.t_exit, t_end) - voxels.t;
+  Sample mixture = Sample(vec3(0.0), 0.0);
+  bool visible = false;
+  forEachChannel(c, {
+    if (mayShow(subblock, c)) {
+      bool adds = addVoxel(c, ray, subblock.at[c], index, voxels.t, length_t, mixture, ink);
+      visible = visible || adds;
+    }
+  })
+  if (kGathersDensities || !visible) return;
+  if (kMode == kModeFirstHit || kMode == kModeIso) {
+    hit(mixture.color, corner + voxelAt(voxels.index) + 0.5, voxels.t, ink);
+  } else {
+    gather(mixture, voxels.t, length_t, ink);
   }
 }
 
-void integrateNearest(Ray ray, uint64_t address, vec3 corner, float t_begin, float t_end, inout Ink ink,
+void integrateNearest(Ray ray, SubblockVoxels subblock, vec3 corner, float t_begin, float t_end, inout Ink ink,
                       inout Work work) {
   Dda voxels = enterDda(ray, corner, 1.0, vec3(kSubblockSide), voxelStrides(), t_begin);
   for (int i = 0; i <= 3 * kSubblockSide; ++i) {
     if (kTally) work.voxel_steps += 1u;
-    integrateVoxel(ray, address, voxels, t_end, corner, ink);
+    integrateVoxel(ray, subblock, voxels, t_end, corner, ink);
     if (ink.done || voxels.t_exit >= t_end) return;
     stepDda(ray, 1.0, voxelStrides(), voxels);
   }

@@ -12,6 +12,7 @@
 #include "ink.glsl"
 #include "nearest.glsl"
 #include "linear.glsl"
+#include "pre_integrated.glsl"
 #include "integrators.glsl"
 
 layout(local_size_x = 64) in;
@@ -110,11 +111,10 @@ void main() {
   loadScene();
   ivec2 pixel = in_band + ivec2(0, push.row_begin);
   Ray ray = makeRay(pixel, kAntialias ? samplePlace(pixel, push.sample_index) : vec2(0.5));
-  Ink ink = Ink(vec3(0.0), 1.0, ivec3(-1), kHugeT, false, -kHugeDensity, 0.0, vec4(0.0), vec4(0.0));
-  if (kMode == kModeMean) ink.density = 0.0;
+  Ink ink = freshInk();
   Work work = Work(0u, 0u, 0u, 0u, 0u);
   uint crossed = traverse(ray, ink, work);
-  if (kMode == kModeMean) finishMean(ink);
+  if (kGathersDensities) mixDensities(ink);
   if (kMode == kModeBlocks && crossed > 0u) {
     ink.color = heat(crossed);
     ink.transmittance = 0.0;

@@ -6,36 +6,48 @@ struct Sample {
   float extinction;  // per world unit
 };
 
-// Entry `index` of a table of vec4, linear between entries.
-vec4 lookUp(uint64_t table, float index, uint stride) {
-  index = clamp(index, 0.0, float(scene.table_last));
-  uint low = min(uint(index), scene.table_last - 1u);
-  return mix(TableArray(table).at[low * stride], TableArray(table).at[(low + 1u) * stride], index - float(low));
+// Entry `index` of a channel's table, linear between entries.
+vec4 lookUp(int c, float index) {
+  TableArray table = TableArray(scene.channels[c].table);
+  uint last = scene.channels[c].table_last;
+  index = clamp(index, 0.0, float(last));
+  uint low = min(uint(index), last - 1u);
+  return mix(table.at[low], table.at[low + 1u], index - float(low));
 }
 
-Sample tableSample(float stored) {
-  float index = (stored - scene.table_first) * scene.table_scale;
+Sample tableSample(int c, float stored) {
+  float index = (stored - scene.channels[c].table_first) * scene.channels[c].table_scale;
   // One entry a stored value, 0 outside the range (renderer/transfer_table.h).
   bool exact = kFilter == kFilterNearest && kVoxelType != kVoxelF32 && (kMode == kModeBlend || kMode == kModeFirstHit);
-  vec4 entry = exact ? TableArray(scene.table).at[uint(index)] : lookUp(scene.table, index, 1u);
+  vec4 entry = exact ? TableArray(scene.channels[c].table).at[uint(index)] : lookUp(c, index);
   return Sample(entry.rgb, entry.a);
 }
 
 // `color` is that of rgba8.
-Sample shadeDensity(float density, vec3 color) {
+Sample shadeDensity(int c, float density, vec3 color) {
   if (kVoxelType == kVoxelRgba8) return Sample(color, density * scene.extinction_scale);
-  return tableSample(density);
+  return tableSample(c, density);
+}
+
+// Adds a visible channel to the mixture at a point: extinctions are added, colours weighted by them (Max 1995).
+void mixIn(Sample s, inout Sample mixture) {
+  if (kChannels == 1) {
+    mixture = s;
+    return;
+  }
+  mixture.extinction += s.extinction;
+  mixture.color += (s.color - mixture.color) * (s.extinction / mixture.extinction);
 }
 
 // Blinn 1977, two-sided: a head light, whose half vector is the view vector, and one light beside it. `direction` is the
 // ray's in index space per world unit, so that its product with the gradient is the slope along the unit view vector.
-vec3 lightColor(vec3 color, vec3 gradient, vec3 direction) {
+vec3 lightColor(int c, vec3 color, vec3 gradient, vec3 direction) {
   vec3 world = vec3(dot(scene.gradient_rows[0], gradient), dot(scene.gradient_rows[1], gradient),
                     dot(scene.gradient_rows[2], gradient));
   float largest = max(abs(world.x), max(abs(world.y), abs(world.z)));
   if (!(largest > 0.0)) return color;
   float steepness = largest * length(world / largest);  // neither overflows nor vanishes where the squares would
-  float strength = min(steepness * scene.light_strength, 1.0);  // little where the gradient has no direction to speak of
+  float strength = min(steepness * scene.channels[c].light_strength, 1.0);  // little where the gradient has no direction to speak of
   float facing_eye = min(abs(dot(gradient, direction)) / steepness, 1.0);
   float facing_light = min(abs(dot(gradient, scene.light)) / steepness, 1.0);
   vec3 lit = color * (0.3 + 0.4 * facing_eye + 0.3 * facing_light) + 0.2 * pow(facing_eye, 32.0);

@@ -21,4 +21,30 @@ float loadDensity(uint64_t voxels, int index, out uint bits) {
 
 vec3 colorOf(uint bits) { return vec3(bits & 255u, (bits >> 8) & 255u, (bits >> 16) & 255u) * (1.0 / 255.0); }
 
-bool isInRange(float density) { return density >= scene.density_lo && density <= scene.density_hi; }
+bool isInRange(int c, float density) {
+  return density >= scene.channels[c].density_lo && density <= scene.channels[c].density_hi;
+}
+
+// One subblock as each drawn channel has it.
+struct SubblockVoxels {
+  uint64_t at[kMaxDrawnChannels];  // device addresses
+  uint channels;                   // bit c: channel c may show something here
+};
+
+// Whether channel c need be looked at. Of one channel the subblock is visited because of it.
+bool mayShow(SubblockVoxels voxels, int c) { return kChannels == 1 || !kCull || (voxels.channels >> c & 1u) != 0u; }
+
+SubblockVoxels firstSubblock(uint block) {
+  SubblockVoxels voxels;
+  forEachChannel(c, voxels.at[c] = channelBlockAt(c, block).voxels;)
+  voxels.channels = (1u << kChannels) - 1u;
+  return voxels;
+}
+
+// The subblock of rank `rank` in the block of `first`.
+SubblockVoxels subblockOfRank(SubblockVoxels first, uint rank, uint channels) {
+  SubblockVoxels voxels;
+  forEachChannel(c, voxels.at[c] = first.at[c] + uint64_t(rank) * kSubblockBytes;)
+  voxels.channels = channels;
+  return voxels;
+}

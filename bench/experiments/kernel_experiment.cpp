@@ -19,9 +19,9 @@ namespace {
 using nlohmann::json;
 
 void upperHalf(View& view, const VolumeInfo& info) {
-  const ChannelInfo& values = info.channels[0];
-  const double lo = values.dataFromStored(values.density_min), hi = values.dataFromStored(values.density_max);
-  view.range = DensityRange{.lo = 0.5 * (lo + hi), .hi = hi};
+  const ChannelInfo& channel = info.channels[0];
+  const double lo = channel.dataFromStored(channel.density_min), hi = channel.dataFromStored(channel.density_max);
+  view.channels[0].range = DensityRange{.lo = 0.5 * (lo + hi), .hi = hi};
 }
 
 void throughTheMiddle(View& view, const VolumeInfo& info) {
@@ -100,6 +100,8 @@ void askForEverything(Renderer& renderer, ResidentVolume& volume) {
 
 bool isNeeded(const ResidentPart& part, const Plan& plan) {
   if (part.level != plan.level || part.apron != plan.needs_apron) return false;
+  const auto isOf = [&](const ChannelPlan& drawn) { return part.channel == static_cast<int>(drawn.channel); };
+  if (part.channel != ResidentPart::kAllChannels && std::ranges::none_of(plan.channels, isOf)) return false;
   if (part.what == "masks") return plan.needs_masks;
   if (part.what == "grid") return plan.needs_grid;
   if (part.what == "instances") return plan.needs_instances;
@@ -116,11 +118,14 @@ json residency(const ResidentVolume& volume, const View& view, const Plan& plan)
       left_out[part.level != plan.level ? "other levels" : part.what + (part.apron ? " with ring" : "")] += part.bytes;
     }
   }
-  const TransferTable table = plan.needs_table ? bakeTransfer(view, volume.info(), plan) : TransferTable{};
+  std::uint64_t entries = plan.needs_table ? 0 : kTableEntries;
+  for (const ChannelPlan& drawn : plan.channels) {
+    if (plan.needs_table) entries += bakeTransfer(view, volume.info(), plan, drawn).entries.size();
+  }
   const std::uint64_t entry = sizeof(glm::vec4);
   const auto pixels = static_cast<std::uint64_t>(view.width) * static_cast<std::uint64_t>(view.height);
-  (plan.needs_table ? needed : left_out)["table"] = (plan.needs_table ? table.entries.size() : kTableEntries) * entry;
-  (plan.needs_integrals ? needed : left_out)["integrals"] = 2 * kTableEntries * entry;
+  (plan.needs_table ? needed : left_out)["table"] = entries * entry;
+  (plan.needs_integrals ? needed : left_out)["integrals"] = plan.channels.size() * 2 * kTableEntries * entry;
   (plan.key.antialias != 0 ? needed : left_out)["sums"] = pixels * entry;
   return {{"resident", needed}, {"left_out", left_out}};
 }

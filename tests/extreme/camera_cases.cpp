@@ -15,7 +15,7 @@ const glm::dvec3 kCenter(28, 27, 26);
 
 Scenario clumpScenario(const View& view) {
   Scenario scenario{.source = clumps(VoxelType::rgba8, {56, 54, 52}), .view = view};
-  scenario.view.range = DensityRange{.lo = 60, .hi = 255};
+  scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
   return scenario;
 }
 

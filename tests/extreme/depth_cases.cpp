@@ -47,7 +47,7 @@ Case wall(std::string name, std::string what, int haze, double stretch, double h
                 .view = alongBar(12, haze + 1, map, true),
                 .filters = {Filter::nearest},
             };
-            scenario.view.transfer = {
+            scenario.view.channels[0].transfer = {
                 {.value = 1, .color = haze_color, .opacity = -std::expm1(-haze_a_voxel / stretch)},
                 {.value = 255, .color = {1, 0.5, 0.25}, .opacity = 1}};
             return imageError(scenario);
@@ -75,8 +75,8 @@ Case sum(const Sum& sum) {
                               .filters = sum.filters};
             scenario.view.step = sum.step;
             const auto set_strength = [dark = sum.dark](View& view, double strength) {
-              view.transfer = white(-std::expm1(-strength));
-              if (dark) view.transfer[0].color = glm::dvec3(0);
+              view.channels[0].transfer = white(-std::expm1(-strength));
+              if (dark) view.channels[0].transfer[0].color = glm::dvec3(0);
             };
             // A fourfold error either way would show as one.
             const double red = (sum.byte + 0.5) / 255;

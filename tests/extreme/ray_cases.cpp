@@ -12,7 +12,7 @@ namespace {
 // Two blocks an axis, so that block faces are among the planes; densities on both sides of the range.
 Scenario clumpScenario(const View& view) {
   Scenario scenario{.source = clumps(VoxelType::rgba8, {56, 54, 52}), .view = view};
-  scenario.view.range = DensityRange{.lo = 60, .hi = 255};
+  scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
   return scenario;
 }
 

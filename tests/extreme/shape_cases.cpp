@@ -33,7 +33,7 @@ View aside(const glm::dmat4& map, glm::ivec3 dims) {
 Case shaped(std::string name, std::string what, glm::ivec3 dims, const glm::dmat4& map = glm::dmat4(1)) {
   return {std::move(name), std::move(what), [=] {
             Scenario scenario{.source = clumps(VoxelType::rgba8, dims, map), .view = aside(map, dims)};
-            scenario.view.range = DensityRange{.lo = 60, .hi = 255};
+            scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
             return imageError(scenario);
           }};
 }
@@ -47,7 +47,7 @@ Case stretched(std::string name, std::string what, glm::dvec3 voxel, glm::dvec3 
             const glm::dvec3 middle = 0.5 * glm::dvec3(dims);
             Scenario scenario{.source = clumps(VoxelType::rgba8, dims, map),
                               .view = lookStraight(map, middle + toward, middle, up, 2)};
-            scenario.view.range = DensityRange{.lo = 60, .hi = 255};
+            scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
             scenario.view.extinction = 0.2 / longest;
             return imageError(scenario);
           }};
@@ -66,7 +66,7 @@ Case bar(std::string name, std::string what, int axis, glm::dvec3 eye, glm::dvec
                               .view = lookStraight(glm::dmat4(1), eye, target, up, 0.2)};
             scenario.view.width = 2;
             scenario.view.height = 4;
-            scenario.view.range = DensityRange{.lo = 60, .hi = 255};
+            scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
             scenario.view.extinction = extinction;
             return imageError(scenario);
           }};
@@ -86,7 +86,7 @@ void addDims(std::vector<Case>& cases) {
                      Scenario scenario{.source = clumps(VoxelType::rgba8, glm::ivec3(97)),
                                        .view = aside(glm::dmat4(1), glm::ivec3(97))};
                      scenario.view.level = 2;
-                     scenario.view.range = DensityRange{.lo = 60, .hi = 255};
+                     scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
                      return imageError(scenario);
                    }});
   cases.push_back(
@@ -105,7 +105,7 @@ Case meanOfBar() {
                 .view = lookStraight(glm::dmat4(1), {0.5, 0.5, 70000}, {0.5, 0.5, 0}, {0, 1, 0}, 0.2)};
             scenario.view.width = scenario.view.height = 4;
             scenario.view.mode = Mode::mean;
-            scenario.view.transfer = ramp(32300, 32700, 0.5);  // 255 steps over 0.6% of the domain
+            scenario.view.channels[0].transfer = ramp(32300, 32700, 0.5);  // 255 steps over 0.6% of the domain
             return imageError(scenario);
           }};
 }
@@ -161,7 +161,7 @@ Case corner(glm::ivec3 dims) {
                               .view = look(glm::dmat4(1), middle + glm::dvec3(3, 4, 6), middle),
                               .filters = {Filter::nearest},
                               .reference = alone};
-            scenario.view.transfer = white(0.7);
+            scenario.view.channels[0].transfer = white(0.7);
             return imageError(scenario);
           }};
 }
@@ -176,7 +176,7 @@ std::vector<Case> shapeCases() {
   cases.push_back({"small_blocks", "blocks of 2 subblocks of 4 voxels", [] {
                      Scenario scenario{.source = clumps(VoxelType::rgba8, {56, 54, 52}),
                                        .view = aside(glm::dmat4(1), {56, 54, 52})};
-                     scenario.view.range = DensityRange{.lo = 60, .hi = 255};
+                     scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
                      scenario.build.subblock_side = 4;
                      scenario.build.block_side = 2;
                      return imageError(scenario);

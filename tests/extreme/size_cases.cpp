@@ -13,7 +13,7 @@ Case sized(int width, int height, double fov) {
   return {fmt::format("size_{}x{}", width, height), fmt::format("an image of {}x{} pixels", width, height), [=] {
             Scenario scenario{.source = clumps(VoxelType::rgba8, {56, 54, 52}),
                               .view = look(glm::dmat4(1), {70, 60, 130}, {28, 27, 26})};
-            scenario.view.range = DensityRange{.lo = 60, .hi = 255};
+            scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
             scenario.view.width = width;
             scenario.view.height = height;
             scenario.view.fov_degrees = fov;

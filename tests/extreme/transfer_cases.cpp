@@ -35,7 +35,7 @@ Case shown(std::string name, std::string what, std::vector<TransferPoint> transf
                               .view = look(glm::dmat4(1), {50, 40, 70}, {15, 14, 13}),
                               .filters = how.filters,
                               .blank = how.blank};
-            scenario.view.transfer = transfer;
+            scenario.view.channels[0].transfer = transfer;
             scenario.view.transfer_shape = how.shape;
             scenario.view.classification = how.classification;
             scenario.view.step = how.step;

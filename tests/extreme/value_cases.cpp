@@ -21,7 +21,7 @@ View aside() { return look(glm::dmat4(1), {50, 40, 70}, {15, 14, 13}); }
 Scenario scalars(const Density& density, std::vector<TransferPoint> transfer, VoxelType type = VoxelType::f32,
                  ValueMap values = {}) {
   Scenario scenario{.source = fill(type, kDims, density, glm::dmat4(1), values), .view = aside()};
-  scenario.view.transfer = std::move(transfer);
+  scenario.view.channels[0].transfer = std::move(transfer);
   return scenario;
 }
 
@@ -45,7 +45,7 @@ Case imageInMode(std::string name, std::string what, Mode mode, std::function<Sc
 Scenario bytesInRange(double lo, double hi, bool blank = false) {
   Scenario scenario = scalars([](glm::ivec3 v) { return static_cast<float>(std::floor(255 * clump(v))); },
                               ramp(0, 255, 0.3), VoxelType::u8);
-  scenario.view.range = DensityRange{.lo = lo, .hi = hi};
+  scenario.view.channels[0].range = DensityRange{.lo = lo, .hi = hi};
   scenario.blank = blank;
   return scenario;
 }
@@ -112,7 +112,7 @@ void addFloats(std::vector<Case>& cases) {
   cases.push_back(image("value_map_1e30", "f32, data units 1e30 of a stored one: beyond a float", [] {
     Scenario scenario = scalars([](glm::ivec3 v) { return static_cast<float>(1e20 * clump(v)); }, ramp(0, 1e50, 0.3),
                                 VoxelType::f32, {.scale = 1e30});
-    scenario.view.range = DensityRange{.lo = 3e49, .hi = 8e49};
+    scenario.view.channels[0].range = DensityRange{.lo = 3e49, .hi = 8e49};
     return scenario;
   }));
 }
@@ -133,14 +133,14 @@ void addRanges(std::vector<Case>& cases) {
   cases.push_back(image("range_floats", "f32, the whole domain of floats", [] {
     Scenario scenario = scaled(1);
     const auto largest = static_cast<double>(std::numeric_limits<float>::max());
-    scenario.view.range = DensityRange{.lo = -largest, .hi = largest};
+    scenario.view.channels[0].range = DensityRange{.lo = -largest, .hi = largest};
     return scenario;
   }));
   cases.push_back(image("range_1e_36", "f32 up to 1, a range of 1e-36", [] {
     Scenario scenario =
         scalars([](glm::ivec3 v) { return static_cast<float>(noise(v + 1000) < 0.5 ? clump(v) : 1e-36 * clump(v)); },
                 ramp(0, 1e-36, 0.3));
-    scenario.view.range = DensityRange{.lo = 0, .hi = 1e-36};
+    scenario.view.channels[0].range = DensityRange{.lo = 0, .hi = 1e-36};
     scenario.filters = {Filter::nearest};
     return scenario;
   }));

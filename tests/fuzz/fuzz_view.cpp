@@ -45,6 +45,8 @@ std::vector<std::string> fuzzSeeds() {
           "format=webp&quality=100&background=00000000",
           "tf=0:000000:0,10.5:ff8000:0.25,200:ffffff:1&range=-1e-3:1e30&extinction=0",
           "range=%31%30:2e2&size=1x8192",
+          "channels=0,2&range=10:200;5:90&tf=0:000000:0,255:00ff00:0.5;inferno",
+          "1:2;;3:4;5:6",
           "8192x8192",
           "1,2,3",
           "0:000000:0,1:ffffff:1",

@@ -35,7 +35,7 @@ TEST(ViewFields, ReadEveryMember) {
   EXPECT_EQ(view.target, glm::dvec3(0, 0.5, 0));
   EXPECT_EQ(view.up, glm::dvec3(0, 0, 1));
   EXPECT_EQ(view.fov_degrees, 60.5);
-  EXPECT_EQ(view.range, (DensityRange{-10, 200}));
+  EXPECT_EQ(view.channels[0].range, (DensityRange{-10, 200}));
   EXPECT_EQ(view.mode, Mode::first_hit);
   EXPECT_EQ(view.filter, Filter::linear);
   EXPECT_EQ(view.step, 0.25);
@@ -44,10 +44,10 @@ TEST(ViewFields, ReadEveryMember) {
   EXPECT_EQ(view.iso, 12.5);
   EXPECT_TRUE(view.lit);
   EXPECT_EQ(view.extinction, 0.75);
-  ASSERT_EQ(view.transfer.size(), 3u);
-  EXPECT_EQ(view.transfer[1].value, 10);
-  EXPECT_EQ(view.transfer[1].color, glm::dvec3(255, 128, 0) / 255.0);
-  EXPECT_EQ(view.transfer[1].opacity, 0.5);
+  ASSERT_EQ(view.channels[0].transfer.size(), 3u);
+  EXPECT_EQ(view.channels[0].transfer[1].value, 10);
+  EXPECT_EQ(view.channels[0].transfer[1].color, glm::dvec3(255, 128, 0) / 255.0);
+  EXPECT_EQ(view.channels[0].transfer[1].opacity, 0.5);
   EXPECT_EQ(view.clip, (ClipBox{{0, 1, 2}, {3, 4, 5}}));
   const std::vector<ClipPlane> planes = {{{1, 0, 0}, -2.5}, {{0, -1e-3, 2}, 0}};
   EXPECT_EQ(view.planes, planes);
@@ -81,10 +81,10 @@ TEST(ViewFields, AnUnchangedQueryGivesTheSameRequest) {
 
 TEST(ViewFields, PointsAndPresetsReplaceEachOther) {
   ImageRequest request = fromQuery("tf=viridis");
-  EXPECT_EQ(request.view.transfer_preset, TransferPreset::viridis);
+  EXPECT_EQ(request.view.channels[0].transfer_preset, TransferPreset::viridis);
   setViewField(request, "tf", "0:000000:0,1:ffffff:0.5");
-  EXPECT_EQ(request.view.transfer_preset, TransferPreset::automatic);
-  EXPECT_EQ(request.view.transfer.size(), 2u);
+  EXPECT_EQ(request.view.channels[0].transfer_preset, TransferPreset::automatic);
+  EXPECT_EQ(request.view.channels[0].transfer.size(), 2u);
   setViewField(request, "tf", "auto");
   EXPECT_EQ(request, ImageRequest{});
 }
@@ -223,7 +223,7 @@ TEST(ViewFields, RefuseMoreTransferPointsThanTheBound) {
   for (int i = 1; i < 256; ++i) points += fmt::format(",{}:ffffff:0.5", i);
   ImageRequest request;
   setViewField(request, "tf", points);
-  EXPECT_EQ(request.view.transfer.size(), 256u);
+  EXPECT_EQ(request.view.channels[0].transfer.size(), 256u);
   EXPECT_THROW(setViewField(request, "tf", points + ",256:ffffff:1"), ViewError);
 }
 
@@ -315,7 +315,7 @@ TEST(ViewFields, QueryOfARequestGivesItBack) {
     if (i % 2 == 0) view.fov_degrees = 1 + small(random) / 3.0;
     if (i % 2 == 1) view.ortho_height = 1e-3 + std::abs(number(random));
     const double lo = number(random);
-    if (i % 3 == 1) view.range = DensityRange{lo, lo + std::abs(number(random))};
+    if (i % 3 == 1) view.channels[0].range = DensityRange{lo, lo + std::abs(number(random))};
     view.mode = static_cast<Mode>(i % 3);
     view.finder = static_cast<Finder>(i % 3);
     view.width = 1 + small(random);
@@ -326,7 +326,7 @@ TEST(ViewFields, QueryOfARequestGivesItBack) {
     if (i % 4 == 0) view.clip = ClipBox{corner, corner + glm::abs(vector())};
     for (int p = 0; p < i % 7; ++p) view.planes.push_back({vector(), number(random)});
     for (int p = 0; p < i % 4; ++p) {
-      view.transfer.push_back({p + 0.1, glm::dvec3(byte(), byte(), byte()) / 255.0, small(random) / 255.0});
+      view.channels[0].transfer.push_back({p + 0.1, glm::dvec3(byte(), byte(), byte()) / 255.0, small(random) / 255.0});
     }
     view.walk = i % 2 == 0;
     view.cull = i % 3 == 0;

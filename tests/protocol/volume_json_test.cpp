@@ -80,8 +80,8 @@ TEST(VolumeJson, DefaultViewIsAViewOfThisVolume) {
   setViewFields(request, object["default_view"]);
   const View expected = resolveView(View{}, sampleInfo());
   EXPECT_EQ(request.view.eye, expected.eye);
-  EXPECT_EQ(request.view.range, expected.range);
-  EXPECT_FALSE(request.view.transfer.empty());
+  EXPECT_EQ(request.view.channels[0].range, expected.channels[0].range);
+  EXPECT_FALSE(request.view.channels[0].transfer.empty());
 }
 
 }  // namespace

@@ -121,7 +121,7 @@ View linearView(glm::dvec3 eye, glm::dvec3 target, Mode mode) {
   view.eye = eye;
   view.target = target;
   view.up = glm::dvec3(0.03, 1, 0.02);
-  view.range = DensityRange{.lo = -1e30, .hi = 1e30};
+  view.channels[0].range = DensityRange{.lo = -1e30, .hi = 1e30};
   view.mode = mode;
   view.filter = Filter::linear;
   view.step = 0.5;

@@ -79,8 +79,9 @@ TransferPiece transferPieceAt(const std::vector<TransferPoint>& transfer, double
           .opacity_slope = (above->opacity - below.opacity) / width};
 }
 
-Classifier::Classifier(const DenseVolume& volume_, const View& view_) : volume(volume_), view(view_) {
-  range = view.range.value();
+Classifier::Classifier(const DenseVolume& volume_, const View& view_)
+    : volume(volume_), view(view_), look(view_.channels[volume_.channel]) {
+  range = look.range.value();
   if (view.mode == Mode::iso) range = {.lo = view.iso.value_or((range.lo + range.hi) / 2), .hi = kInfinity};
   // An iso value is meant as it stands.
   const bool opens_below = view.mode != Mode::iso && volume.level0_extent && range.lo <= volume.level0_extent->min;
@@ -93,7 +94,7 @@ bool Classifier::isVisible(double density) const {
   if (!(density > static_cast<double>(volume.empty_threshold))) return false;
   const double data = dataOf(density);
   if (data < range.lo || data > range.hi) return false;
-  return !needs_opacity || transferPieceAt(view.transfer, data, view.transfer_shape).at_value.opacity > 0;
+  return !needs_opacity || transferPieceAt(look.transfer, data, view.transfer_shape).at_value.opacity > 0;
 }
 
 Material Classifier::materialAt(const glm::dvec4& field) const {
@@ -101,7 +102,7 @@ Material Classifier::materialAt(const glm::dvec4& field) const {
     return {.color = field.w > 0 ? glm::dvec3(field) / field.w : glm::dvec3(0),
             .sigma = view.extinction * field.w / 255};
   }
-  const TransferPoint point = transferPieceAt(view.transfer, dataOf(field.w), view.transfer_shape).at_value;
+  const TransferPoint point = transferPieceAt(look.transfer, dataOf(field.w), view.transfer_shape).at_value;
   return {.color = point.color, .sigma = extinctionOf(point.opacity)};
 }
 
@@ -118,7 +119,7 @@ Material Classifier::meanMaterial(double f, double g) const {
   for (std::size_t i = 1; i < ends.size(); ++i) {
     const double middle = ends[i - 1] + (ends[i] - ends[i - 1]) / 2;
     if (!isVisible(middle)) continue;
-    const TransferPiece piece = transferPieceAt(view.transfer, dataOf(middle), view.transfer_shape);
+    const TransferPiece piece = transferPieceAt(look.transfer, dataOf(middle), view.transfer_shape);
     const TransferPoint a = piece.at(dataOf(ends[i - 1])), b = piece.at(dataOf(ends[i]));
     const double share = (ends[i] - ends[i - 1]) / (high - low);
     const Moments moments = momentsOf(a.opacity, b.opacity);
@@ -140,10 +141,10 @@ std::vector<double> Classifier::jumps() const {
 
 std::vector<double> Classifier::transferJumps() const {
   std::vector<double> values;
-  for (std::size_t i = 0; volume.type != VoxelType::rgba8 && i < view.transfer.size(); ++i) {
-    const TransferPoint& point = view.transfer[i];
+  for (std::size_t i = 0; volume.type != VoxelType::rgba8 && i < look.transfer.size(); ++i) {
+    const TransferPoint& point = look.transfer[i];
     const bool appears = view.mode == Mode::first_hit && point.opacity == 0;
-    const bool same_as_before = i > 0 && point.value == view.transfer[i - 1].value;
+    const bool same_as_before = i > 0 && point.value == look.transfer[i - 1].value;
     if (view.transfer_shape == TransferShape::stepped || appears || point.opacity >= 1 || same_as_before) {
       values.push_back(storedOf(point.value));
     }
@@ -155,7 +156,7 @@ std::vector<double> Classifier::transferJumps() const {
 std::vector<double> Classifier::kinks() const {
   std::vector<double> values{static_cast<double>(volume.empty_threshold), storedOf(range.lo), storedOf(range.hi)};
   if (volume.type != VoxelType::rgba8) {
-    for (const TransferPoint& point : view.transfer) values.push_back(storedOf(point.value));
+    for (const TransferPoint& point : look.transfer) values.push_back(storedOf(point.value));
   }
   sortUnique(values);
   return values;

@@ -19,10 +19,11 @@ struct Material {
   double sigma = 0;  // extinction per unit distance
 };
 
-// What a view shows of a volume, ready to be asked point by point. Refers to both.
+// What a view shows of a channel, ready to be asked point by point. Refers to both.
 struct Classifier {
   const DenseVolume& volume;
   const View& view;
+  const ChannelView& look;
   DensityRange range{};        // data units; ends that exclude no non-empty voxel of level 0 are infinite
   bool needs_opacity = false;  // a visible point must have an opacity above 0
 

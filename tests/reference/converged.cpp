@@ -146,7 +146,8 @@ Panel smoothPanel(const Scene& scene, const CutRay& cut, const Classifier& class
   const bool scalar = scene.volume.type != VoxelType::rgba8;
   const double middle = classifier.dataOf(middle_density);
   const TransferPiece transfer =
-      scalar ? transferPieceAt(scene.view.transfer, middle, scene.view.transfer_shape) : TransferPiece{};
+      scalar ? transferPieceAt(scene.view.channels[scene.volume.channel].transfer, middle, scene.view.transfer_shape)
+             : TransferPiece{};
   const auto material_at = [&](double t) {
     Material material;
     if (scalar) {

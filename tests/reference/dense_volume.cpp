@@ -65,7 +65,7 @@ void copyBlock(DenseVolume& volume, const VolumeFile& file, const Block& block) 
   const VolumeInfo& info = file.info();
   const std::size_t subblock_bytes = info.subblockVoxels() * voxelBytes(info.type);
   std::vector<std::byte> bytes(block.subblock_count * subblock_bytes);
-  file.readVoxels(volume.level, 0, block.first_subblock, block.subblock_count, bytes);
+  file.readVoxels(volume.level, static_cast<int>(volume.channel), block.first_subblock, block.subblock_count, bytes);
   std::size_t next = 0;
   forEachVoxel(glm::ivec3(0), glm::ivec3(info.block_side), [&](glm::ivec3 local) {
     const std::size_t bit = linear(local, glm::ivec3(info.block_side));
@@ -127,25 +127,25 @@ DenseVolume volumeFromSource(Source& source, float empty_threshold, int block_vo
   return volume;
 }
 
-DenseVolume volumeFromFile(const VolumeFile& file, int level) {
+DenseVolume volumeFromFile(const VolumeFile& file, int level, std::size_t number) {
   const VolumeInfo& info = file.info();
-  const Level records = file.readLevel(level, 0);
+  const ChannelInfo& channel = info.channels.at(number);
+  const Level records = file.readLevel(level, static_cast<int>(number));
   DenseVolume volume{.type = info.type,
+                     .channel = number,
                      .level0_dims = info.dims,
                      .level = level,
                      .dims = records.info.dims,
                      .world_from_index = info.world_from_index,
-                     .value_scale = info.channels[0].value_scale,
-                     .value_offset = info.channels[0].value_offset,
-                     .empty_threshold = info.channels[0].empty_threshold};
-  const double end0 = info.channels[0].dataFromStored(static_cast<double>(info.channels[0].density_min));
-  const double end1 = info.channels[0].dataFromStored(static_cast<double>(info.channels[0].density_max));
-  if (info.channels[0].nonempty_voxels > 0)
-    volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
-  if (info.channels[0].nonempty_voxels > 0)
-    volume.contrast = static_cast<double>(info.channels[0].density_max) - emptyValue(volume);
+                     .value_scale = channel.value_scale,
+                     .value_offset = channel.value_offset,
+                     .empty_threshold = channel.empty_threshold};
+  const double end0 = channel.dataFromStored(static_cast<double>(channel.density_min));
+  const double end1 = channel.dataFromStored(static_cast<double>(channel.density_max));
+  if (channel.nonempty_voxels > 0) volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
+  if (channel.nonempty_voxels > 0) volume.contrast = static_cast<double>(channel.density_max) - emptyValue(volume);
   volume.subblock_side = info.subblock_side;
-  volume.bin_cuts = info.channels[0].bin_cuts;
+  volume.bin_cuts = channel.bin_cuts;
   allocate(volume);
   shapeBlocks(volume, info.blockVoxels());
   for (const Block& block : records.blocks) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One level of a volume as a plain dense array: what the reference renderer looks at. A voxel that is not stored has
-// the density NaN, which is empty by definition.
+// One level of one channel of a volume as a plain dense array: what the reference renderer looks at. A voxel that is
+// not stored has the density NaN, which is empty by definition.
 #pragma once
 
 #include <array>
@@ -14,7 +14,8 @@
 
 namespace blockwalk::reference {
 
-// Density of a block's non-empty voxels in stored units. Not stored: no voxel of the block is non-empty.
+// Density of a block's non-empty voxels in stored units. Not stored: no voxel of the block is non-empty, in any
+// channel; stored for another channel's sake alone: no bins.
 struct BlockRange {
   bool stored = false;
   float density_min = 0;
@@ -30,6 +31,7 @@ struct Extent {
 
 struct DenseVolume {
   VoxelType type = VoxelType::u8;
+  std::size_t channel = 0;  // of its volume: which of a view's channels is meant
   glm::ivec3 level0_dims{0};
   int level = 0;
   glm::ivec3 dims{0};                // of this level
@@ -63,7 +65,7 @@ void deriveBlocks(DenseVolume& volume, int block_voxels);
 // Level 0 as the source yields it, every voxel present. The threshold is in stored units.
 DenseVolume volumeFromSource(Source& source, float empty_threshold, int block_voxels);
 
-// One level as the file stores it; blocks and their ranges are the file's records.
-DenseVolume volumeFromFile(const VolumeFile& file, int level);
+// One level of a channel as the file stores it; blocks and their ranges are the file's records.
+DenseVolume volumeFromFile(const VolumeFile& file, int level, std::size_t number = 0);
 
 }  // namespace blockwalk::reference

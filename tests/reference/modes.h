@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <span>
 
 #include "tests/reference/cut_ray.h"
 #include "tests/reference/reference.h"
@@ -20,7 +21,7 @@ void nearestBlend(const Scene& scene, const CutRay& cut, Pixel& pixel);
 void nearestFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel);  // and iso
 void nearestMip(const Scene& scene, const CutRay& cut, Pixel& pixel);
 void nearestMean(const Scene& scene, const CutRay& cut, Pixel& pixel);
-void countBlocks(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void countBlocks(std::span<const DenseVolume> channels, const View& view, const CutRay& cut, Pixel& pixel);
 
 // linear_modes.cpp: samples on the lattice
 void linearBlend(const Scene& scene, const CutRay& cut, Pixel& pixel);

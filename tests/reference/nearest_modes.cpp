@@ -63,6 +63,16 @@ unsigned binsOf(const DenseVolume& volume, const DensityRange& range) {
   return bins;
 }
 
+bool blockMeets(const DenseVolume& volume, const DensityRange& range, glm::ivec3 at) {
+  const BlockRange& block = volume.blocks[volume.blockAt(at)];
+  if (!block.stored) return false;
+  // A value map of negative scale swaps the ends.
+  const double end0 = volume.value_offset + volume.value_scale * static_cast<double>(block.density_min);
+  const double end1 = volume.value_offset + volume.value_scale * static_cast<double>(block.density_max);
+  const bool meets = std::max(end0, end1) >= range.lo && std::min(end0, end1) <= range.hi;
+  return meets && (block.bins & binsOf(volume, range)) != 0;
+}
+
 }  // namespace
 
 void nearestBlend(const Scene& scene, const CutRay& cut, Pixel& pixel) {
@@ -139,24 +149,18 @@ void nearestMean(const Scene& scene, const CutRay& cut, Pixel& pixel) {
   pixel.color = overBackground(scene.view, classifier.materialAt(mean).color, 0);
 }
 
-void countBlocks(const Scene& scene, const CutRay& cut, Pixel& pixel) {
-  const DenseVolume& volume = scene.volume;
-  const DensityRange range = Classifier(volume, scene.view).range;
-  const unsigned bins = binsOf(volume, range);
-  const double side = volume.block_voxels;
+void countBlocks(std::span<const DenseVolume> channels, const View& view, const CutRay& cut, Pixel& pixel) {
+  const int block_voxels = channels[0].block_voxels;
+  const double side = block_voxels;
   CutRay coarse = cut;  // in units of a block, to measure distances
   coarse.ray.origin /= side;
   coarse.ray.direction /= side;
   double distance = cut.edge_distance / side;
-  walkCells(cut.ray, volume.block_voxels, cut.interval, [&](glm::ivec3 cell, Interval piece) {
+  walkCells(cut.ray, block_voxels, cut.interval, [&](glm::ivec3 cell, Interval piece) {
     distance = std::min(distance, pieceDistance(coarse, cell, piece));
-    const BlockRange& block = volume.blocks[volume.blockAt(cell)];
-    if (!block.stored) return true;
-    // A value map of negative scale swaps the ends.
-    const double end0 = volume.value_offset + volume.value_scale * static_cast<double>(block.density_min);
-    const double end1 = volume.value_offset + volume.value_scale * static_cast<double>(block.density_max);
-    const bool meets = std::max(end0, end1) >= range.lo && std::min(end0, end1) <= range.hi;
-    pixel.blocks += meets && (block.bins & bins) != 0 ? 1 : 0;
+    const bool meets = std::ranges::any_of(
+        channels, [&](const DenseVolume& volume) { return blockMeets(volume, Classifier(volume, view).range, cell); });
+    pixel.blocks += meets ? 1 : 0;
     return true;
   });
   pixel.edge_distance = distance * side;

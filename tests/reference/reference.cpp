@@ -57,7 +57,7 @@ void renderNearest(const Scene& scene, const CutRay& cut, Pixel& pixel) {
     case Mode::mean:
       return nearestMean(scene, cut, pixel);
     case Mode::blocks:
-      return countBlocks(scene, cut, pixel);
+      return countBlocks({&scene.volume, 1}, scene.view, cut, pixel);
   }
 }
 
@@ -73,7 +73,7 @@ void renderLinear(const Scene& scene, const CutRay& cut, Pixel& pixel) {
     case Mode::mean:
       return linearMean(scene, cut, pixel);
     case Mode::blocks:
-      return countBlocks(scene, cut, pixel);
+      return countBlocks({&scene.volume, 1}, scene.view, cut, pixel);
   }
 }
 

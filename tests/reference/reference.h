@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "renderer/view.h"
@@ -79,6 +80,12 @@ TransferPoint transferAt(const std::vector<TransferPoint>& transfer, double valu
 
 // The view is resolved (eye, target, up, range and, for scalars, transfer are there); its level is the volume's.
 Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place = kPixelCentre);
+
+// Of several channels of one volume, those that the view draws (docs/integration.md, Channels); of one the same as
+// above, but that the margin is a share of the contrast, as it is of several. Of several the distances to edges, the
+// value and the slope are not measured. One sample a pixel.
+Pixel renderPixel(std::span<const DenseVolume> drawn, const View& resolved, int x, int y, glm::dvec2 place);
+Image renderImage(std::span<const DenseVolume> drawn, const View& resolved);
 
 // Where in a pixel its sample `index` lies, of several (docs/integration.md, Samples of a pixel).
 glm::dvec2 placeOfSample(int x, int y, int index);

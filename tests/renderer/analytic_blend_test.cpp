@@ -80,7 +80,7 @@ TEST(AnalyticBlend, RampWithALinearTransferIsExact) {
   const glm::dvec3 eye(3.1, 4.2, 30);
   for (const glm::dvec3& target : {glm::dvec3(3.1, 4.2, 0), glm::dvec3(4.4, 3.3, 4)}) {
     View view = linearView(eye, target);
-    view.transfer = transferRamp(0, 0.1, 8, 0.9);
+    view.channels[0].transfer = transferRamp(0, 0.1, 8, 0.9);
     const double stretch = glm::length(target - eye) / std::abs(target.z - eye.z);
     const auto opacityAt = [](double value) { return 0.1 + 0.1 * value; };
     const double interior = depthOfOpacityRamp(opacityAt(0.5), opacityAt(7.5), 7);
@@ -90,10 +90,10 @@ TEST(AnalyticBlend, RampWithALinearTransferIsExact) {
     const double clipped = stretch * depthOfOpacityRamp(opacityAt(1), opacityAt(7), 6);
     EXPECT_NEAR(converged(volume, view).a, -std::expm1(-clipped), kTolerance);
     // Within a range, and up to an opacity of 1, where the extinction is infinite but its integral is not.
-    view.range = DensityRange{.lo = 2.3, .hi = 4.7};
+    view.channels[0].range = DensityRange{.lo = 2.3, .hi = 4.7};
     const double ranged = stretch * depthOfOpacityRamp(opacityAt(2.3), opacityAt(4.7), 2.4);
     EXPECT_NEAR(converged(volume, view).a, -std::expm1(-ranged), kTolerance);
-    view.transfer = transferRamp(0, 0, 4.7, 1);
+    view.channels[0].transfer = transferRamp(0, 0, 4.7, 1);
     const double steep = stretch * depthOfOpacityRamp(2.3 / 4.7, 1, 2.4);
     EXPECT_NEAR(converged(volume, view).a, -std::expm1(-steep), kTolerance);
     view.classification = Classification::pre_integrated;
@@ -108,7 +108,7 @@ TEST(AnalyticBlend, RampWithALinearTransferIsExact) {
 TEST(AnalyticBlend, EmissionOfAColourRampIsExact) {
   const DenseVolume volume = ramp8();
   View view = linearView({3.1, 4.2, 30}, {3.1, 4.2, 0});
-  view.transfer = transferRamp(1, 0.4, 7, 0.4);
+  view.channels[0].transfer = transferRamp(1, 0.4, 7, 0.4);
   view.clip = kInterior;
   const double sigma = depthOf(0.4), depth = 6 * sigma;
   // Integral of s / 6 sigma exp(-sigma s) over s = 0..6: red grows with the way.
@@ -122,7 +122,7 @@ TEST(AnalyticBlend, EmissionOfAColourRampIsExact) {
 TEST(AnalyticBlend, OpacityOfOneIsAnExtinctionOfAMillion) {
   const DenseVolume volume = ramp8();
   View view = linearView({3.1, 4.2, 30}, {3.1, 4.2, 0});
-  view.transfer = transferRamp(0, 1, 8, 1);
+  view.channels[0].transfer = transferRamp(0, 1, 8, 1);
   view.clip = ClipBox{.min = {-100, -100, 3}, .max = {100, 100, 3 + 1e-6}};
   EXPECT_NEAR(converged(volume, view).a, -std::expm1(-1), 1e-8);
   EXPECT_NEAR(lattice(volume, view).a, -std::expm1(-1), 1e-8);
@@ -145,9 +145,9 @@ TEST(AnalyticBlend, PreIntegrationSeesWhatIsBetweenTheSamples) {
     view.step = 1;
     const double stretch = glm::length(target - *view.eye) / (30 - 4);
     // A spike: 0.9 high at 3.75, gone at 3.7 and 3.85.
-    view.transfer = {{.value = 3.7, .color = {1, 0, 0}, .opacity = 0},
-                     {.value = 3.75, .color = {1, 0, 0}, .opacity = 0.9},
-                     {.value = 3.85, .color = {1, 0, 0}, .opacity = 0}};
+    view.channels[0].transfer = {{.value = 3.7, .color = {1, 0, 0}, .opacity = 0},
+                                 {.value = 3.75, .color = {1, 0, 0}, .opacity = 0.9},
+                                 {.value = 3.85, .color = {1, 0, 0}, .opacity = 0}};
     double depth = stretch * (depthOfOpacityRamp(0, 0.9, 0.05) + depthOfOpacityRamp(0.9, 0, 0.1));
     EXPECT_LT(std::abs(lattice(volume, view).a), 1e-9) << "post-classification";
     EXPECT_NEAR(converged(volume, view).a, -std::expm1(-depth), kTolerance);
@@ -156,11 +156,11 @@ TEST(AnalyticBlend, PreIntegrationSeesWhatIsBetweenTheSamples) {
     EXPECT_NEAR(lattice(volume, view).r, 1, kTolerance);
     // Steps, one of them cut by the range; the colours are those of the two parts, weighted by their extinction.
     view.transfer_shape = TransferShape::stepped;
-    view.transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0},
-                     {.value = 3.6, .color = {1, 0, 0}, .opacity = 0.5},
-                     {.value = 3.7, .color = {0, 0, 1}, .opacity = 0.8},
-                     {.value = 3.9, .color = {0, 1, 0}, .opacity = 0.99}};
-    view.range->hi = 3.85;
+    view.channels[0].transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0},
+                                 {.value = 3.6, .color = {1, 0, 0}, .opacity = 0.5},
+                                 {.value = 3.7, .color = {0, 0, 1}, .opacity = 0.8},
+                                 {.value = 3.9, .color = {0, 1, 0}, .opacity = 0.99}};
+    view.channels[0].range->hi = 3.85;
     const double red = stretch * 0.1 * depthOf(0.5), blue = stretch * 0.15 * depthOf(0.8);
     EXPECT_NEAR(lattice(volume, view).a, -std::expm1(-red - blue), kTolerance);
     EXPECT_NEAR(converged(volume, view).a, -std::expm1(-red - blue), kTolerance);
@@ -177,7 +177,7 @@ TEST(AnalyticBlend, PreIntegratedColourIsWeightedByExtinction) {
   const DenseVolume volume = ramp8();
   for (const auto& [opacity0, opacity1] : {std::pair(0.2, 0.3), std::pair(0.2, 0.9), std::pair(0.95, 0.1)}) {
     View view = linearView({3.1, 4.2, 30}, {3.1, 4.2, 0});
-    view.transfer = transferRamp(4, opacity0, 6, opacity1);
+    view.channels[0].transfer = transferRamp(4, opacity0, 6, opacity1);
     view.clip = ClipBox{.min = {-100, -100, 4}, .max = {100, 100, 6}};
     view.classification = Classification::pre_integrated;
     view.step = 20;
@@ -199,11 +199,11 @@ TEST(AnalyticBlend, PreIntegrationOfAConstantIsClassification) {
   const DenseVolume volume = sampled(constantField(5), VoxelType::u8, glm::ivec3(4));
   View view = linearView({2, 2, 20}, {2, 2, 2});
   view.classification = Classification::pre_integrated;
-  view.transfer = transferRamp(0, 0.2, 10, 0.6);
+  view.channels[0].transfer = transferRamp(0, 0.2, 10, 0.6);
   EXPECT_NEAR(lattice(volume, view).a, 1 - std::pow(0.6, 4), kTolerance);
-  view.range = DensityRange{.lo = 5, .hi = 5};
+  view.channels[0].range = DensityRange{.lo = 5, .hi = 5};
   EXPECT_NEAR(lattice(volume, view).a, 1 - std::pow(0.6, 4), kTolerance) << "both ends belong to the range";
-  view.range = DensityRange{.lo = 5.001, .hi = 6};
+  view.channels[0].range = DensityRange{.lo = 5.001, .hi = 6};
   EXPECT_EQ(lattice(volume, view).a, 0);
 }
 
@@ -213,7 +213,7 @@ class MidpointOrder : public ::testing::Test {
     view_ = linearView({24, 31, 38}, glm::dvec3(8));
     view_.width = view_.height = 16;
     view_.fov_degrees = 24;
-    view_.transfer = transferRamp(0, 0.02, 1, 0.3);
+    view_.channels[0].transfer = transferRamp(0, 0.02, 1, 0.3);
   }
   // Errors for steps 1, 1/2, 1/4, ...
   std::vector<double> errors(int count) {
@@ -245,7 +245,7 @@ TEST_F(MidpointOrder, IsCleanlyTwoOnASmoothOne) {
   // A ramp through a curved extinction, clipped to where both are smooth and to whole steps of the lattice.
   const DenseVolume volume = ramp8();
   View view = linearView({4, 4, 30}, {4, 4, 4});
-  view.transfer = transferRamp(0, 0.1, 8, 0.9);
+  view.channels[0].transfer = transferRamp(0, 0.1, 8, 0.9);
   view.clip = ClipBox{.min = {-100, -100, 2}, .max = {100, 100, 6}};
   const double truth = -std::expm1(-depthOfOpacityRamp(0.3, 0.7, 4));
   double before = 0;
@@ -260,7 +260,7 @@ TEST_F(MidpointOrder, IsCleanlyTwoOnASmoothOne) {
 }
 
 TEST_F(MidpointOrder, IsLowerWhereTheExtinctionJumps) {
-  view_.range = DensityRange{.lo = 0.45, .hi = 0.7};
+  view_.channels[0].range = DensityRange{.lo = 0.45, .hi = 0.7};
   const std::vector<double> jump = errors(8);  // the first steps are too long to show the order
   EXPECT_NEAR(std::log2(jump[2] / jump[7]) / 5, 1, 0.25);
   // Pre-integration knows where between two samples the range ends.
@@ -283,10 +283,10 @@ TEST(AnalyticBlend, ConvergedIsTheLimitOfTheLattice) {
   volume.density[volume.at({2, 2, 3})] = std::numeric_limits<float>::quiet_NaN();
   for (int i = 0; i < 6; ++i) {
     View view = linearView({12.0 - i, 9.0 + i, 15}, {3.1, 2.6 + 0.2 * i, 3.4});
-    view.transfer = {{.value = 20, .color = {1, 0.2, 0}, .opacity = 0},
-                     {.value = 90, .color = {0.3, 0.9, 0}, .opacity = 0.3},
-                     {.value = 130, .color = {0, 0.1, 1}, .opacity = 0.1},
-                     {.value = 200, .color = {1, 1, 0.5}, .opacity = 0.7}};
+    view.channels[0].transfer = {{.value = 20, .color = {1, 0.2, 0}, .opacity = 0},
+                                 {.value = 90, .color = {0.3, 0.9, 0}, .opacity = 0.3},
+                                 {.value = 130, .color = {0, 0.1, 1}, .opacity = 0.1},
+                                 {.value = 200, .color = {1, 1, 0.5}, .opacity = 0.7}};
     view.lit = i % 2 == 1;
     view.step = 1.0 / 512;
     EXPECT_LT(glm::length(converged(volume, view) - lattice(volume, view)), 3e-6) << i;

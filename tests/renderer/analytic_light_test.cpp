@@ -27,7 +27,7 @@ DenseVolume ramp8() { return sampled(rampField(0, {0, 0, 1}), VoxelType::f32, gl
 View litAlongZ(double x, double y, Mode mode) {
   View view = linearView({x, y, 30}, {x, y, 0}, mode);
   view.up = glm::dvec3(0, 1, 0);
-  view.transfer = {{.value = 0, .color = kColor, .opacity = 0.9}};
+  view.channels[0].transfer = {{.value = 0, .color = kColor, .opacity = 0.9}};
   view.iso = 1;
   view.lit = true;
   return view;
@@ -79,8 +79,8 @@ TEST(AnalyticLight, ShadesARampByItsNormal) {
     for (Mode mode : {Mode::first_hit, Mode::iso, Mode::blend}) {
       View view = linearView({4, 4, 30}, {4, 4, 0}, mode);
       view.filter = filter;
-      view.transfer = {{.value = 0, .color = {0.5, 0.1, 0.9}, .opacity = 0.9999}};
-      view.range = DensityRange{.lo = 3.2, .hi = 100};
+      view.channels[0].transfer = {{.value = 0, .color = {0.5, 0.1, 0.9}, .opacity = 0.9999}};
+      view.channels[0].range = DensityRange{.lo = 3.2, .hi = 100};
       view.iso = 3.2;
       view.clip = ClipBox{.min = {-100, -100, 2}, .max = {100, 100, 5}};
       view.lit = true;
@@ -92,7 +92,7 @@ TEST(AnalyticLight, ShadesARampByItsNormal) {
   }
   // mip and mean are not lit; a constant has no normal.
   View view = linearView({4, 4, 30}, {4, 4, 0}, Mode::mip);
-  view.transfer = {{.value = 0, .color = {0.5, 0.1, 0.9}, .opacity = 1}};
+  view.channels[0].transfer = {{.value = 0, .color = {0.5, 0.1, 0.9}, .opacity = 1}};
   view.lit = true;
   EXPECT_LT(distance(colorOf(volume, view), {0.5, 0.1, 0.9}), kTolerance);
   view.mode = Mode::mean;

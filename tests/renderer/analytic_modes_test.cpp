@@ -67,9 +67,9 @@ TEST(AnalyticField, EndsThatExcludeNothingHideNoInterpolatedValue) {
   DenseVolume volume = oneVoxel(VoxelType::u8, glm::ivec3(7), glm::ivec3(3), {0, 0, 0, 200});
   volume.level0_extent = Extent{.min = 200, .max = 200};
   View view = linearView({3.5, 3.5, 20}, {3.5, 3.5, 3});
-  view.transfer = transferRamp(0, 0.5, 200, 0.5);
+  view.channels[0].transfer = transferRamp(0, 0.5, 200, 0.5);
   const auto length = [&](double lo, double hi) {
-    view.range = DensityRange{.lo = lo, .hi = hi};
+    view.channels[0].range = DensityRange{.lo = lo, .hi = hi};
     return std::log2(1 / (1 - renderPixelConverged(volume, view, 0, 0).color.a));
   };
   EXPECT_NEAR(length(200, 200), 2, 1e-9) << "the whole hat";
@@ -114,9 +114,9 @@ TEST(AnalyticMip, IsTheLargestSample) {
   EXPECT_EQ(pixel.voxel, glm::ivec3(3));
   EXPECT_EQ(pixel.color, glm::dvec4(1, 0, 0, 1));
   View view = alongZ(3.5, 3.5, Mode::mip);
-  view.range = DensityRange{.lo = 0, .hi = 100};
+  view.channels[0].range = DensityRange{.lo = 0, .hi = 100};
   EXPECT_NEAR(pixelOf(hat, view).value, 50, kTolerance) << "the largest visible one";
-  view.range = DensityRange{.lo = 160, .hi = 300};
+  view.channels[0].range = DensityRange{.lo = 160, .hi = 300};
   EXPECT_EQ(pixelOf(hat, view).color.a, 0);
   EXPECT_TRUE(std::isnan(pixelOf(hat, view).value));
   view.filter = Filter::nearest;
@@ -125,7 +125,7 @@ TEST(AnalyticMip, IsTheLargestSample) {
   EXPECT_NEAR(pixel.t, 20, kTolerance);
   // A scalar is shown in the transfer function's colour, whatever its opacity.
   view = linearView({3.1, 4.2, 30}, {3.4, 3.9, 0}, Mode::mip);
-  view.transfer = transferRamp(0, 0, 10, 0);
+  view.channels[0].transfer = transferRamp(0, 0, 10, 0);
   EXPECT_LT(distance(colorOf(ramp8(), view), {0.25, 0, 0.75}), kTolerance) << "7.5 at the edge";
   view.filter = Filter::nearest;
   EXPECT_LT(distance(colorOf(ramp8(), view), {0.25, 0, 0.75}), kTolerance);
@@ -159,7 +159,7 @@ TEST(AnalyticMean, IsOverTheVisibleLength) {
   EXPECT_NEAR(pixelOf(hat, view).value, 200, kTolerance);
   // Exact on a ramp, for any step.
   view = linearView({3.1, 4.2, 30}, {3.4, 3.9, 0}, Mode::mean);
-  view.transfer = transferRamp(0, 0, 10, 0);
+  view.channels[0].transfer = transferRamp(0, 0, 10, 0);
   view.clip = ClipBox{.min = {-100, -100, 2.6}, .max = {100, 100, 5.2}};
   for (double step : {0.1, 0.7, 2.5}) {
     view.step = step;
@@ -168,9 +168,9 @@ TEST(AnalyticMean, IsOverTheVisibleLength) {
   }
   view.filter = Filter::nearest;  // 0.4 of 2.5, all of 3.5 and 4.5, 0.2 of 5.5
   EXPECT_NEAR(pixelOf(ramp8(), view).value, (0.4 * 2.5 + 3.5 + 4.5 + 0.2 * 5.5) / 2.6, kTolerance);
-  view.range = DensityRange{.lo = 3, .hi = 5};
+  view.channels[0].range = DensityRange{.lo = 3, .hi = 5};
   EXPECT_NEAR(pixelOf(ramp8(), view).value, 4, kTolerance);
-  view.range = DensityRange{.lo = 30, .hi = 50};
+  view.channels[0].range = DensityRange{.lo = 30, .hi = 50};
   EXPECT_EQ(pixelOf(ramp8(), view).color, glm::dvec4(0));
 }
 
@@ -194,14 +194,14 @@ TEST(AnalyticFirstHit, CrossesASphereWhereItsInterpolationDoes) {
     const double centres = std::floor(radius);  // between squares of whole numbers
     const double expected = centres + (radius * radius - centres * centres) / (2 * centres + 1);
     View view = linearView({8.5, 8.5, 40}, {8.5, 8.5, 0}, Mode::iso);
-    view.transfer = transferRamp(-400, 1, 0, 1);
+    view.channels[0].transfer = transferRamp(-400, 1, 0, 1);
     view.iso = -radius * radius;
     EXPECT_NEAR(pixelOf(volume, view).t, 31.5 - expected, 1e-9) << radius;
     EXPECT_NEAR(pixelOf(volume, view).slope, 2 * centres + 1, 1e-9);
     // Seen from within, the far side is where the range ends.
     view.eye = glm::dvec3(8.5);
     view.mode = Mode::first_hit;
-    view.range = DensityRange{.lo = -1e9, .hi = -radius * radius};
+    view.channels[0].range = DensityRange{.lo = -1e9, .hi = -radius * radius};
     EXPECT_NEAR(pixelOf(volume, view).t, expected, 1e-9) << radius;
   }
 }
@@ -209,7 +209,7 @@ TEST(AnalyticFirstHit, CrossesASphereWhereItsInterpolationDoes) {
 TEST(AnalyticFirstHit, IsoIsCappedWhereTheRayEnters) {
   const DenseVolume volume = ramp8();
   View view = linearView({3.1, 4.2, 30}, {3.1, 4.2, 0}, Mode::iso);
-  view.transfer = transferRamp(0, 0, 10, 0);
+  view.channels[0].transfer = transferRamp(0, 0, 10, 0);
   view.iso = 2;
   Pixel pixel = pixelOf(volume, view);
   EXPECT_TRUE(pixel.at_entry);
@@ -220,7 +220,7 @@ TEST(AnalyticFirstHit, IsoIsCappedWhereTheRayEnters) {
   EXPECT_NEAR(pixelOf(volume, view).value, 4.125, kTolerance);
   view.iso.reset();  // the middle of the range
   view.clip.reset();
-  view.range = DensityRange{.lo = 1, .hi = 6};
+  view.channels[0].range = DensityRange{.lo = 1, .hi = 6};
   std::swap(view.eye->z, view.target->z);
   view.eye->z = -5;
   EXPECT_NEAR(pixelOf(volume, view).t, 8.5, 1e-9);
@@ -235,11 +235,12 @@ TEST(AnalyticFirstHit, IsoIsCappedWhereTheRayEnters) {
 
 TEST(AnalyticFirstHit, NeedsOpacity) {
   View view = linearView({3.1, 4.2, 30}, {3.1, 4.2, 0}, Mode::first_hit);
-  view.transfer = {{.value = 4, .color = {1, 1, 1}, .opacity = 0.5}, {.value = 5, .color = {1, 1, 1}, .opacity = 0}};
+  view.channels[0].transfer = {{.value = 4, .color = {1, 1, 1}, .opacity = 0.5},
+                               {.value = 5, .color = {1, 1, 1}, .opacity = 0}};
   EXPECT_NEAR(pixelOf(ramp8(), view).t, 25, 1e-9);
   view.transfer_shape = TransferShape::stepped;
   EXPECT_NEAR(pixelOf(ramp8(), view).t, 25, 1e-9);
-  view.transfer[0].opacity = 0;
+  view.channels[0].transfer[0].opacity = 0;
   EXPECT_EQ(pixelOf(ramp8(), view).voxel.x, -1);
 }
 
@@ -258,9 +259,9 @@ class SameWorld : public ::testing::Test {
     View result = linearView({14, 11, 19}, {4.2, 3.9, 4.1}, mode);
     result.width = result.height = 8;
     result.fov_degrees = 12;
-    result.transfer = transferRamp(10, 0.02, 40, 0.3);
+    result.channels[0].transfer = transferRamp(10, 0.02, 40, 0.3);
     result.clip = ClipBox{.min = glm::dvec3(2), .max = glm::dvec3(6)};
-    result.range = DensityRange{.lo = 17, .hi = 26};
+    result.channels[0].range = DensityRange{.lo = 17, .hi = 26};
     result.iso = 24;
     return result;
   }
@@ -330,33 +331,33 @@ TEST_F(SameWorld, TurnedWholeStaysTheSame) {
 TEST(AnalyticMargins, TellHowNearARoundingIs) {
   const DenseVolume volume = ramp8();
   View view = alongZ(3.5, 3.5, Mode::first_hit);  // samples at 7.75, 7.25, 6.75, ...
-  view.transfer = transferRamp(0, 0.5, 10, 0.5);
-  view.range = DensityRange{.lo = -1e30, .hi = 6.8};
+  view.channels[0].transfer = transferRamp(0, 0.5, 10, 0.5);
+  view.channels[0].range = DensityRange{.lo = -1e30, .hi = 6.8};
   EXPECT_NEAR(pixelOf(volume, view).margin, 0.05, kTolerance);
   EXPECT_NEAR(pixelOf(volume, view).t, 24 - 6.8, 1e-9);
   EXPECT_NEAR(pixelOf(volume, view).slope, -1, 1e-9);
-  view.range->hi = 5.6;  // the hit's sample at 5.25, the one before at 5.75
+  view.channels[0].range->hi = 5.6;  // the hit's sample at 5.25, the one before at 5.75
   EXPECT_NEAR(pixelOf(volume, view).margin, 0.15, kTolerance);
-  view.range->lo = 3.25;  // a sample at that, but behind the hit
+  view.channels[0].range->lo = 3.25;  // a sample at that, but behind the hit
   EXPECT_NEAR(pixelOf(volume, view).margin, 0.15, kTolerance);
   view.mode = Mode::blend;
   EXPECT_NEAR(pixelOf(volume, view).margin, 0, kTolerance);
-  view.range = DensityRange{.lo = -1e30, .hi = 1e30};
+  view.channels[0].range = DensityRange{.lo = -1e30, .hi = 1e30};
   EXPECT_NEAR(pixelOf(volume, view).margin, 1.25, kTolerance)
       << "0.75 from the threshold at -0.5; the sample at 0.25 is among equal voxels";
   EXPECT_NEAR(pixelOf(volume, view).lattice_distance, 0, kTolerance);
   view.clip = ClipBox{.min = {-100, -100, 1.9}, .max = {100, 100, 6.15}};
   EXPECT_NEAR(pixelOf(volume, view).lattice_distance, 0.2, kTolerance);
   view.transfer_shape = TransferShape::stepped;
-  view.transfer = {{.value = 0, .color = {}, .opacity = 0.5}, {.value = 4.5, .color = {}, .opacity = 0.6}};
+  view.channels[0].transfer = {{.value = 0, .color = {}, .opacity = 0.5}, {.value = 4.5, .color = {}, .opacity = 0.6}};
   EXPECT_NEAR(pixelOf(volume, view).margin, 0.25, kTolerance);
   view.mode = Mode::mip;  // only the largest is coloured: in the middle of the cut interval from 4.5
   view.clip = ClipBox{.min = {-100, -100, 1.9}, .max = {100, 100, 4.95}};
   EXPECT_NEAR(pixelOf(volume, view).margin, 0.225, kTolerance);
   // Among equal voxels nothing is near.
   view = linearView({4, 4, 30}, {4, 4, 0});
-  view.range = DensityRange{.lo = 77, .hi = 77};
-  view.transfer = transferRamp(0, 0.5, 100, 0.5);
+  view.channels[0].range = DensityRange{.lo = 77, .hi = 77};
+  view.channels[0].transfer = transferRamp(0, 0.5, 100, 0.5);
   EXPECT_EQ(pixelOf(sampled(constantField(77), VoxelType::u8, glm::ivec3(8)), view).margin,
             std::numeric_limits<double>::infinity());
 }

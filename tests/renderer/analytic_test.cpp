@@ -148,9 +148,9 @@ TEST(Analytic, FirstHitOnARampIsTheCrossing) {
     View view = linearView(randomPoint(random, {-20, -30, -20}, {20, -20, 20}),
                            randomPoint(random, {6, 6, 6}, {10, 10, 10}), Mode::first_hit);
     view.step = 0.25 + i % 7 * 0.3;
-    view.transfer = transferRamp(-100, 0.5, 100, 0.5);
+    view.channels[0].transfer = transferRamp(-100, 0.5, 100, 0.5);
     const double crossing = ramp.value(*view.target);
-    view.range->lo = crossing;
+    view.channels[0].range->lo = crossing;
     const Pixel pixel = renderPixel(volume, view, 0, 0);
     EXPECT_NEAR(pixel.t, glm::length(*view.target - *view.eye), 1e-9) << i;
     EXPECT_NEAR(pixel.value, crossing, 1e-9);
@@ -158,8 +158,8 @@ TEST(Analytic, FirstHitOnARampIsTheCrossing) {
     EXPECT_EQ(pixel.voxel, glm::ivec3(glm::floor(*view.target)));
     EXPECT_FALSE(pixel.at_entry);
     view.mode = Mode::iso;
-    view.range = DensityRange{.lo = 1e9, .hi = 1e10};
-    view.transfer = transferRamp(-100, 0, 100, 0);
+    view.channels[0].range = DensityRange{.lo = 1e9, .hi = 1e10};
+    view.channels[0].transfer = transferRamp(-100, 0, 100, 0);
     view.iso = crossing;
     EXPECT_NEAR(renderPixel(volume, view, 0, 0).t, pixel.t, 1e-9) << i;
   }

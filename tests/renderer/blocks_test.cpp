@@ -86,7 +86,7 @@ TEST_P(RangeTest, CullingCutsVisits) {
   view.mode = Mode::blend;
   const double lo = scene.info.channels[0].dataFromStored(static_cast<double>(scene.info.channels[0].density_min));
   const double hi = scene.info.channels[0].dataFromStored(static_cast<double>(scene.info.channels[0].density_max));
-  view.range = DensityRange{.lo = hi - 0.1 * (hi - lo), .hi = hi};
+  view.channels[0].range = DensityRange{.lo = hi - 0.1 * (hi - lo), .hi = hi};
   for (const Combination& combination : combinations()) {
     if (combination.cull) continue;
     const RenderStats plain = draw(scene, with(view, combination)).stats;

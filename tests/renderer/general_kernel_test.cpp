@@ -71,11 +71,21 @@ TEST_F(GeneralKernelTest, DrawsColourAsTheSpecialisedOnes) {
   const auto source = makeSynthetic({.type = VoxelType::rgba8, .dims = glm::ivec3(56)});
   Scene scene = makeScene(*source);
   View half = baseView();
-  half.range = DensityRange{.lo = 128, .hi = 255};
+  half.channels[0].range = DensityRange{.lo = 128, .hi = 255};
   expectSame(scene, half);
   View smooth = baseView();
   smooth.filter = Filter::linear;
   expectSame(scene, smooth);
+}
+
+TEST_F(GeneralKernelTest, DrawsChannelsAsTheSpecialisedOnes) {
+  const auto source = makeSynthetic({.type = VoxelType::u16, .dims = glm::ivec3(56), .channels = 3});
+  Scene scene = makeScene(*source);
+  const std::vector<View> looks = looksOfScalars();
+  for (const std::size_t i : {0, 1, 2, 3, 4}) expectSame(scene, looks[i]);
+  View one = looks[0];
+  one.drawn = {1};
+  expectSame(scene, one);
 }
 
 TEST_F(GeneralKernelTest, LeavesOutWhatNoViewHasAskedFor) {
@@ -97,10 +107,10 @@ TEST_F(GeneralKernelTest, LeavesOutWhatNoViewHasAskedFor) {
   };
   const std::set<std::string> drawn = {"voxels 1", "blocks 1", "grid 1"};
   View open = view;
-  open.transfer = {{.value = 0, .opacity = 0.5}, {.value = 255, .opacity = 0.5}};
+  open.channels[0].transfer = {{.value = 0, .opacity = 0.5}, {.value = 255, .opacity = 0.5}};
   EXPECT_EQ(addedBy(open), drawn);
   View cut = open;
-  cut.range = DensityRange{.lo = 100, .hi = 200};
+  cut.channels[0].range = DensityRange{.lo = 100, .hi = 200};
   EXPECT_EQ(addedBy(cut), (std::set<std::string>{"masks 1"}));
   View smooth = open;
   smooth.filter = Filter::linear;

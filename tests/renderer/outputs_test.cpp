@@ -228,7 +228,7 @@ TEST_F(OutputsTest, CostsAreWhatTheReferenceCounts) {
   }
   std::size_t compared = 0;
   for (View view : randomViews(scene.info, dense, 44)) {
-    if (view.range->lo > 255) continue;  // nothing to see, nothing to pay
+    if (view.channels[0].range->lo > 255) continue;  // nothing to see, nothing to pay
     view.mode = Mode::mip;
     view.output = Output::cost;
     const reference::Image near = reference::renderImage(dense, view);
@@ -265,7 +265,7 @@ TEST_F(OutputsTest, NothingIsInfinityNotANumberAndZero) {
     View view;
     view.width = 9;
     view.height = 7;
-    if (blank) view.range = DensityRange{.lo = 300, .hi = 400};
+    if (blank) view.channels[0].range = DensityRange{.lo = 300, .hi = 400};
     if (!blank) view.planes = {{{1, 0, 0}, -1000}};
     view.output = Output::depth;
     for (float depth : draw(scene, view).values) EXPECT_EQ(depth, std::numeric_limits<float>::infinity());

@@ -23,7 +23,7 @@ struct Slab {
   Slab() {
     view.up = glm::dvec3(0, 1, 0);
     view.ortho_height = 2;
-    view.transfer = transferRamp(0, 0.25, 255, 0.25);
+    view.channels[0].transfer = transferRamp(0, 0.25, 255, 0.25);
   }
   double mean() const { return renderPixelMean(volume, view, 0, 0).color.a; }
 };

@@ -40,11 +40,11 @@ TEST(Plan, OpenRangeNeedsNoTestsAndNoCulling) {
 
 TEST(Plan, NarrowRangeTestsVoxelsOfRgba8ButNotOfU8) {
   View view;
-  view.range = DensityRange{100, 200};
+  view.channels[0].range = DensityRange{100, 200};
   const Plan colour = planFor(view, volumeOf(VoxelType::rgba8, 5, 250));
   EXPECT_EQ(colour.key.cull, 1u);
   EXPECT_EQ(colour.key.test_voxel, 1u);
-  view.transfer = {{.value = 0, .color = glm::dvec3(1), .opacity = 1}};
+  view.channels[0].transfer = {{.value = 0, .color = glm::dvec3(1), .opacity = 1}};
   const Plan scalar = planFor(view, volumeOf(VoxelType::u8, 5, 250));
   EXPECT_EQ(scalar.key.cull, 1u);
   EXPECT_EQ(scalar.key.test_voxel, 0u);  // the table is 0 outside the range
@@ -53,21 +53,77 @@ TEST(Plan, NarrowRangeTestsVoxelsOfRgba8ButNotOfU8) {
 
 TEST(Plan, MaskHoldsExactlyTheBinsOfTheRange) {
   View view;
-  view.range = DensityRange{64, 95.5};
-  EXPECT_EQ(planFor(view, volumeOf(VoxelType::rgba8, 5, 250)).range_mask, 0b00000100);
-  view.range = DensityRange{63, 96};
-  EXPECT_EQ(planFor(view, volumeOf(VoxelType::rgba8, 5, 250)).range_mask, 0b00001110);
+  view.channels[0].range = DensityRange{64, 95.5};
+  EXPECT_EQ(planFor(view, volumeOf(VoxelType::rgba8, 5, 250)).channels[0].range_mask, 0b00000100);
+  view.channels[0].range = DensityRange{63, 96};
+  EXPECT_EQ(planFor(view, volumeOf(VoxelType::rgba8, 5, 250)).channels[0].range_mask, 0b00001110);
 }
 
-TEST(Plan, SeveralChannelsAreRefused) {
+VolumeInfo twoChannels() {
   VolumeInfo info = volumeOf(VoxelType::u16, 5, 250);
-  info.channels.resize(2);
-  try {
-    planFor({}, info);
-    FAIL() << "no error";
-  } catch (const ViewError& error) {
-    EXPECT_EQ(error.field, "channels");
+  info.channels.push_back(info.channels[0]);
+  info.channels[1].value_scale = 0.1;
+  info.channels[1].density_max = 90;
+  return info;
+}
+
+TEST(Plan, ChannelsThatShowNothingAreLeftOut) {
+  const VolumeInfo info = twoChannels();
+  View view;
+  EXPECT_EQ(planFor(view, info).key.channels, 2u);
+  view.channels[1].range = DensityRange{50, 60};  // above 9, the greatest
+  Plan plan = planFor(view, info);
+  ASSERT_EQ(plan.channels.size(), 1u);
+  EXPECT_EQ(plan.channels[0].channel, 0u);
+  view.channels[0].range = DensityRange{-2, -1};
+  EXPECT_TRUE(planFor(view, info).is_blank);
+  view.channels[1].range = DensityRange{3.5, 4};
+  plan = planFor(view, info);
+  ASSERT_EQ(plan.channels.size(), 1u);
+  EXPECT_EQ(plan.channels[0].channel, 1u);
+  EXPECT_EQ(plan.channels[0].range, (StoredRange{.lo = 35, .hi = 40}));
+  EXPECT_EQ(plan.channels[0].range_mask, 0b00000010);
+}
+
+TEST(Plan, ARangeIsOpenWhereEveryChannelIsDrawnWhole) {
+  const VolumeInfo info = twoChannels();
+  View view;
+  view.mode = Mode::blocks;
+  EXPECT_EQ(planFor(view, info).key.range_open, 1u);
+  view.drawn = {1};  // a block may be stored for channel 0
+  const Plan one = planFor(view, info);
+  EXPECT_EQ(one.key.range_open, 0u);
+  EXPECT_EQ(one.key.cull, 1u);
+  EXPECT_EQ(one.key.channels, 1u);
+  view.drawn = {};
+  view.channels[1].range = DensityRange{1, 9};
+  EXPECT_EQ(planFor(view, info).key.range_open, 0u);
+}
+
+TEST(Plan, AnIsoSurfaceIsOfTheFirstChannelDrawn) {
+  View view;
+  view.mode = Mode::iso;
+  view.drawn = {1, 0};
+  const Plan plan = planFor(view, twoChannels());
+  ASSERT_EQ(plan.channels.size(), 1u);
+  EXPECT_EQ(plan.channels[0].channel, 0u);
+}
+
+TEST(Plan, ChannelsHaveColoursOfTheirOwn) {
+  VolumeInfo info = twoChannels();
+  for (ChannelInfo& channel : info.channels) {
+    for (std::size_t bin = 0; bin < channel.histogram.size(); ++bin) channel.histogram[bin] = bin < 100 ? 1000 : 10;
   }
+  const View resolved = resolveView({}, info);
+  EXPECT_EQ(resolved.drawn, (std::vector<int>{0, 1}));
+  EXPECT_EQ(resolved.channels[0].transfer.front().color, glm::dvec3(0));
+  EXPECT_EQ(resolved.channels[0].transfer.back().color, glm::dvec3(0, 1, 0));
+  EXPECT_EQ(resolved.channels[1].transfer.back().color, glm::dvec3(1, 0, 1));
+  View one;
+  one.drawn = {1};
+  EXPECT_EQ(resolveView(one, info).channels[1], resolved.channels[1]);
+  info.channels.resize(1);
+  EXPECT_NE(resolveView({}, info).channels[0].transfer, resolved.channels[0].transfer);
 }
 
 TEST(Plan, EmptyVoxelsAreNeverInTheRange) {
@@ -75,23 +131,23 @@ TEST(Plan, EmptyVoxelsAreNeverInTheRange) {
   info.channels[0].empty_threshold = 40;
   View view;
   view.mode = Mode::blocks;
-  view.range = DensityRange{0, 60};
-  EXPECT_EQ(visibleRange(resolveView(view, info), info).lo, 41);
-  view.range = DensityRange{0, 40};
+  view.channels[0].range = DensityRange{0, 60};
+  EXPECT_EQ(visibleRange(resolveView(view, info), info, 0).lo, 41);
+  view.channels[0].range = DensityRange{0, 40};
   EXPECT_TRUE(planFor(view, info).is_blank);
 }
 
 TEST(Plan, TransparentPartsOfTheTransferFunctionNarrowTheRange) {
   View view;
-  view.transfer = {{.value = 100, .color = glm::dvec3(1), .opacity = 0},
-                   {.value = 120, .color = glm::dvec3(1), .opacity = 0.5},
-                   {.value = 140, .color = glm::dvec3(1), .opacity = 0}};
+  view.channels[0].transfer = {{.value = 100, .color = glm::dvec3(1), .opacity = 0},
+                               {.value = 120, .color = glm::dvec3(1), .opacity = 0.5},
+                               {.value = 140, .color = glm::dvec3(1), .opacity = 0}};
   const VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
-  const StoredRange range = visibleRange(resolveView(view, info), info);
+  const StoredRange range = visibleRange(resolveView(view, info), info, 0);
   EXPECT_EQ(range.lo, 100);
   EXPECT_EQ(range.hi, 140);
   view.mode = Mode::blocks;  // counts blocks of the range, whatever they look like
-  EXPECT_EQ(visibleRange(resolveView(view, info), info).lo, 1);
+  EXPECT_EQ(visibleRange(resolveView(view, info), info, 0).lo, 1);
 }
 
 TEST(Plan, RangeIsInDataUnits) {
@@ -99,8 +155,8 @@ TEST(Plan, RangeIsInDataUnits) {
   info.channels[0].value_offset = -32768;
   View view;
   view.mode = Mode::blocks;
-  view.range = DensityRange{-32000, 0};
-  const StoredRange range = visibleRange(resolveView(view, info), info);
+  view.channels[0].range = DensityRange{-32000, 0};
+  const StoredRange range = visibleRange(resolveView(view, info), info, 0);
   EXPECT_EQ(range.lo, 768);
   EXPECT_EQ(range.hi, 32768);
 }
@@ -109,8 +165,8 @@ TEST(Plan, FloatRangeNeverRoundsOutward) {
   VolumeInfo info = volumeOf(VoxelType::f32, 0.01F, 1);
   View view;
   view.mode = Mode::blocks;
-  view.range = DensityRange{0.1, 0.7};
-  const StoredRange range = visibleRange(resolveView(view, info), info);
+  view.channels[0].range = DensityRange{0.1, 0.7};
+  const StoredRange range = visibleRange(resolveView(view, info), info, 0);
   EXPECT_GE(static_cast<double>(range.lo), 0.1);
   EXPECT_LE(static_cast<double>(range.hi), 0.7);
   EXPECT_LT(static_cast<double>(std::nextafter(range.lo, 0.0F)), 0.1);

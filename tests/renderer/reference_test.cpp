@@ -22,7 +22,7 @@ View viewOf(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 up) {
   view.eye = eye;
   view.target = target;
   view.up = up;
-  view.range = DensityRange{.lo = 0, .hi = 255};
+  view.channels[0].range = DensityRange{.lo = 0, .hi = 255};
   view.extinction = 0.3;
   return view;
 }
@@ -134,7 +134,8 @@ TEST(Reference, SphereApproachesTheAnalyticIntegral) {
   view.width = view.height = 64;
   view.fov_degrees = 22;
   view.background = {0, 0, 0, 0};
-  view.transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0}, {.value = 200, .color = {1, 1, 1}, .opacity = 0.02}};
+  view.channels[0].transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0},
+                               {.value = 200, .color = {1, 1, 1}, .opacity = 0.02}};
   const double sigma = -std::log1p(-0.01);
   const Image image = renderImage(volume, view);
   double sum = 0;
@@ -264,9 +265,9 @@ TEST(Reference, RangeIsInclusiveInDataUnitsAndEmptyStaysEmpty) {
       4, 10, 20, 30, std::numeric_limits<float>::quiet_NaN(), std::numeric_limits<float>::infinity()};
   for (int i = 0; i < 6; ++i) volume.density[volume.at({i, 0, 0})] = stored[i];
   View view = viewOf({-3, 0.5, 0.5}, {0, 0.5, 0.5}, {0, 1, 0});
-  view.transfer = {{.value = -100, .color = {1, 1, 1}, .opacity = 0.5}};
+  view.channels[0].transfer = {{.value = -100, .color = {1, 1, 1}, .opacity = 0.5}};
   const auto visible = [&](double lo, double hi) {
-    view.range = DensityRange{.lo = lo, .hi = hi};
+    view.channels[0].range = DensityRange{.lo = lo, .hi = hi};
     return std::lround(-std::log2(1 - opacityOf(volume, view)));
   };
   EXPECT_EQ(visible(-1000, 1000), 3);
@@ -286,7 +287,7 @@ TEST(Reference, TransferIsLinearBetweenPointsAndConstantBeyond) {
   DenseVolume volume = emptyVolume(VoxelType::u8, {1, 1, 1});
   volume.density[0] = 30;
   View view = viewOf({0.5, 0.5, 3}, {0.5, 0.5, 0}, {0, 1, 0});
-  view.transfer = transfer;
+  view.channels[0].transfer = transfer;
   EXPECT_EQ(renderPixel(volume, view, 0, 0).color, glm::dvec4(1, 0, 0, 1)) << "opacity 1 is opaque at once";
 }
 
@@ -299,7 +300,7 @@ TEST(Reference, WalkFindsWhatBruteForceFinds) {
   for (int i = 0; i < 300; ++i) {
     const glm::dvec3 inside = glm::dvec3(volume.world_from_index * glm::dvec4(randomPoint(random, 0, 9), 1));
     View view = viewOf(inside + randomPoint(random, -15, 15), inside, {0.01, 1, 0.02});
-    view.range = DensityRange{.lo = 40, .hi = 190};
+    view.channels[0].range = DensityRange{.lo = 40, .hi = 190};
     if (i % 3 == 0) view.clip = ClipBox{.min = inside - 2.0, .max = inside + randomPoint(random, 0.5, 3)};
     const Ray world = worldRay(view, 0, 0);
     const Ray ray = indexRay(volume, world);

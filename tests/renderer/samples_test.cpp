@@ -122,7 +122,7 @@ TEST_F(SamplesTest, OfLitSurfacesAreAveragedAsDisplayed) {
     view.filter = Filter::linear;
     view.lit = true;
     view.background = {200, 100, 50, 99};
-    for (TransferPoint& point : view.transfer) point.color = glm::dvec3(1, 0.9, 0.95);
+    for (TransferPoint& point : view.channels[0].transfer) point.color = glm::dvec3(1, 0.9, 0.95);
     view.samples = 5;
     views.push_back(small(view));
   }

@@ -65,12 +65,13 @@ std::string toString(const View& view) {
                   point(view.eye), point(view.target), point(view.up), view.level);
   text += view.ortho_height ? fmt::format(" ortho {:.9g}", *view.ortho_height)
                             : fmt::format(" fov {:.9g}", view.fov_degrees);
-  if (view.range) text += fmt::format(" range {:.9g}:{:.9g}", view.range->lo, view.range->hi);
+  if (view.channels[0].range)
+    text += fmt::format(" range {:.9g}:{:.9g}", view.channels[0].range->lo, view.channels[0].range->hi);
   if (view.clip) text += fmt::format(" clip {} {}", point(view.clip->min), point(view.clip->max));
   for (const ClipPlane& plane : view.planes) {
     text += fmt::format(" plane {} {:.9g}", point(plane.normal), plane.offset);
   }
-  return text + fmt::format(" extinction {} points {}", view.extinction, view.transfer.size());
+  return text + fmt::format(" extinction {} points {}", view.extinction, view.channels[0].transfer.size());
 }
 
 Renderer& RendererTest::renderer() {

@@ -23,7 +23,9 @@ struct Scene {
   VolumeInfo info;
   std::unique_ptr<ResidentVolume> resident;
 
-  reference::DenseVolume dense(int level) const { return reference::volumeFromFile(VolumeFile(path), level); }
+  reference::DenseVolume dense(int level, std::size_t channel = 0) const {
+    return reference::volumeFromFile(VolumeFile(path), level, channel);
+  }
 };
 
 // Environment BLOCKWALK_DATA, else ../shared/data beside the sources.

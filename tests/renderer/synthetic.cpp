@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/renderer/synthetic.h"
 
+#include <fmt/format.h>
+
 #include <glm/gtc/matrix_transform.hpp>
 #include <limits>
 #include <vector>
@@ -39,36 +41,49 @@ std::uint32_t densityAt(glm::ivec3 voxel, std::uint32_t seed) {
 
 class Synthetic : public Source {
  public:
-  explicit Synthetic(const SyntheticOptions& options) : seed_(options.seed) {
+  explicit Synthetic(const SyntheticOptions& options) : seed_(options.seed), first_channel_(options.first_channel) {
+    BLOCKWALK_CHECK(options.channels == 1 || options.type != VoxelType::rgba8, ==, true);
     info_ = {.name = "synthetic",
              .format = "demo",
              .type = options.type,
              .dims = options.dims,
              .world_from_index = options.world_from_index,
-             .channels = {{.name = {},
-                           .value_scale = options.type == VoxelType::u16 ? 0.5 : 1,
-                           .value_offset = options.type == VoxelType::u16 ? -100.0 : 0}},
+             .channels = std::vector<SourceChannel>(static_cast<std::size_t>(options.channels)),
              .random_access = true};
+    for (int c = 0; c < options.channels; ++c) {
+      SourceChannel& channel = info_.channels[static_cast<std::size_t>(c)];
+      const int number = first_channel_ + c;
+      channel.value_scale = (options.type == VoxelType::u16 ? 0.5 : 1) * (1 + number);
+      channel.value_offset = options.type == VoxelType::u16 ? -100.0 : 0;
+      if (options.channels > 1) channel.name = fmt::format("field {}", number);
+    }
   }
 
   const SourceInfo& info() const override { return info_; }
 
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
     const std::size_t voxel_bytes = voxelBytes(info_.type);
-    BLOCKWALK_CHECK(out.size(), ==, static_cast<std::size_t>(count * info_.dims.x) * voxel_bytes);
+    const std::size_t channel_bytes = static_cast<std::size_t>(count * info_.dims.x) * voxel_bytes;
+    BLOCKWALK_CHECK(out.size(), ==, info_.channels.size() * channel_bytes);
     std::byte* next = out.data();
-    for (int row = y; row < y + count; ++row) {
-      for (int x = 0; x < info_.dims.x; ++x, next += voxel_bytes) write({x, row, z}, next);
+    for (std::size_t c = 0; c < info_.channels.size(); ++c) {
+      for (int row = y; row < y + count; ++row) {
+        for (int x = 0; x < info_.dims.x; ++x, next += voxel_bytes) write({x, row, z}, fieldSeed(c), next);
+      }
     }
   }
 
  private:
-  void write(glm::ivec3 voxel, std::byte* out) const {
-    const std::uint32_t density = densityAt(voxel, seed_);
-    const std::uint32_t noise = hash(voxel, seed_ + 2);
+  std::uint32_t fieldSeed(std::size_t channel) const {
+    return seed_ + 1000 * (static_cast<std::uint32_t>(first_channel_) + static_cast<std::uint32_t>(channel));
+  }
+
+  void write(glm::ivec3 voxel, std::uint32_t seed, std::byte* out) const {
+    const std::uint32_t density = densityAt(voxel, seed);
+    const std::uint32_t noise = hash(voxel, seed + 2);
     switch (info_.type) {
       case VoxelType::rgba8: {
-        const std::uint32_t color = (hash(voxel / kCell, seed_ + 3) & 0xffffff) ^ (noise & 0x1f1f1f);
+        const std::uint32_t color = (hash(voxel / kCell, seed + 3) & 0xffffff) ^ (noise & 0x1f1f1f);
         const std::uint32_t rgba = color | density << 24;
         std::memcpy(out, &rgba, sizeof rgba);
         break;
@@ -96,6 +111,7 @@ class Synthetic : public Source {
 
   SourceInfo info_;
   std::uint32_t seed_;
+  int first_channel_;
 };
 
 }  // namespace

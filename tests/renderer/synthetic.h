@@ -15,6 +15,10 @@ struct SyntheticOptions {
   glm::ivec3 dims{64};
   std::uint32_t seed = 1;
   glm::dmat4 world_from_index{1.0};
+  // Fields of their own, with value maps of their own; not rgba8. Channel c of this is channel 0 of one with
+  // first_channel = c.
+  int channels = 1;
+  int first_channel = 0;
 };
 
 std::unique_ptr<Source> makeSynthetic(const SyntheticOptions& options);

@@ -23,7 +23,9 @@ class ViewMaker {
     view.height = 72;
     view.level = 0;
     view.extinction = std::pow(10.0, uniform(-1.7, 0.3));
-    if (info_.type != VoxelType::rgba8 && index != 0) view.transfer = transfer();
+    for (std::size_t c = 0; c < info_.channels.size(); ++c) {
+      if (info_.type != VoxelType::rgba8 && index != 0) view.channels[c].transfer = transfer(info_.channels[c]);
+    }
     orbit(view, uniform(1.1, 2.5));
     place(view, index);
     view.up = direction();
@@ -58,9 +60,9 @@ class ViewMaker {
   }
 
   // Never opaque: there the colour jumps with any positive length, and images could not be compared.
-  std::vector<TransferPoint> transfer() {
-    const double lo = info_.channels[0].dataFromStored(static_cast<double>(info_.channels[0].density_min));
-    const double hi = info_.channels[0].dataFromStored(static_cast<double>(info_.channels[0].density_max));
+  std::vector<TransferPoint> transfer(const ChannelInfo& channel) {
+    const double lo = channel.dataFromStored(static_cast<double>(channel.density_min));
+    const double hi = channel.dataFromStored(static_cast<double>(channel.density_max));
     std::vector<TransferPoint> points;
     for (int i = 0; i < 5; ++i) {
       const double r = uniform(0, 1), g = uniform(0, 1), b = uniform(0, 1);
@@ -121,25 +123,25 @@ class ViewMaker {
         view.fov_degrees = 2 * std::atan(1.0 / 1000) * 180 / std::numbers::pi;
         break;
       case 10:
-        view.range = rangeInside();
+        view.channels[0].range = rangeInside();
         break;
       case 11: {
         const double hi = info_.channels[0].dataFromStored(static_cast<double>(info_.channels[0].density_max));
-        view.range = DensityRange{.lo = hi + 1, .hi = hi + 2};
+        view.channels[0].range = DensityRange{.lo = hi + 1, .hi = hi + 2};
         break;
       }
       case 12: {
         const double value = densityInside();
-        view.range = DensityRange{.lo = value, .hi = value};
+        view.channels[0].range = DensityRange{.lo = value, .hi = value};
         break;
       }
       case 13:
-        view.range = rangeInside();
+        view.channels[0].range = rangeInside();
         view.clip = clipAround(pointInside());
         break;
       case 14:
         lookFromInside(view);
-        view.range = rangeInside();
+        view.channels[0].range = rangeInside();
         view.clip = clipAround(*view.eye);
         break;
       case 15:
@@ -148,7 +150,7 @@ class ViewMaker {
       case 16:
         view.width = 1;
         view.height = 97;
-        view.range = rangeInside();
+        view.channels[0].range = rangeInside();
         break;
       case 17:
         view.width = 131;
