@@ -11,7 +11,8 @@ class QueryWriter {
  public:
   void add(std::string_view name, std::string_view text) {
     if (!query_.empty()) query_ += '&';
-    query_.append(name).append("=").append(text);
+    query_.append(name).append("=");
+    for (char c : text) query_ += c == '+' ? std::string_view("%2B") : std::string_view(&c, 1);  // 1e+30: + is a space
   }
   std::string take() { return std::move(query_); }
 

@@ -12,11 +12,11 @@ vec2 blockInterval(Ray ray, uint block) { return cubeInterval(ray, blockCorner(b
 // Derin et al. 2021, 2.3. Mask, minimum and maximum each prove absence, none proves presence.
 bool blockMeetsRange(uint block) {
   bool meets = false;
-  forEachChannel(c, {
+  forEachChannel(c) {
     meets = meets || ((channelBlockAt(c, block).range_mask & scene.channels[c].range_mask) != 0u &&
                       channelBlockAt(c, block).density_max >= scene.channels[c].density_lo &&
                       channelBlockAt(c, block).density_min <= scene.channels[c].density_hi);
-  })
+  }
   return meets;
 }
 
@@ -31,12 +31,12 @@ bool blockIsCulled(uint block) { return kCull && !blockMeetsRange(block); }
 uint channelsIn(uint subblock) {
   if (!kCull) return (1u << kChannels) - 1u;
   uint channels = 0u;
-  forEachChannel(c, {
+  forEachChannel(c) {
     GpuSubblock record = SubblockArray(scene.channels[c].subblocks).at[subblock];
     bool culled = (record.range_mask & scene.channels[c].range_mask) == 0u ||
                   record.density_max < scene.channels[c].density_lo || record.density_min > scene.channels[c].density_hi;
     channels |= culled ? 0u : 1u << c;
-  })
+  }
   return channels;
 }
 

@@ -22,10 +22,10 @@ Ink freshInk() {
   ink.voxel = ivec3(-1);
   ink.t = kHugeT;
   ink.done = false;
-  forEachChannel(c, {
+  forEachChannel(c) {
     ink.density[c] = kMode == kModeMean ? 0.0 : -kHugeDensity;
     ink.length_t[c] = 0.0;
-  })
+  }
   ink.part = vec4(0.0);
   ink.rest = vec4(0.0);
   return ink;
@@ -94,12 +94,12 @@ void mixDensities(inout Ink ink) {
   if (kMode == kModeMean && kVoxelType == kVoxelRgba8) {
     ink.color = ink.density[0] > 0.0 ? ink.color / ink.density[0] : vec3(0.0);
   }
-  forEachChannel(c, {
+  forEachChannel(c) {
     bool seen = kMode == kModeMean ? ink.length_t[c] > 0.0 : ink.density[c] > -kHugeDensity;
     if (seen) {
       ink.transmittance = 0.0;
       float density = kMode == kModeMean ? ink.density[c] / ink.length_t[c] : ink.density[c];
       if (kVoxelType != kVoxelRgba8) ink.color += tableSample(c, density).color;
     }
-  })
+  }
 }

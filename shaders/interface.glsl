@@ -7,6 +7,7 @@
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
 #extension GL_EXT_shader_8bit_storage : require
 #extension GL_EXT_shader_16bit_storage : require
+#extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
 #ifdef BLOCKWALK_RAY_QUERY
@@ -107,26 +108,12 @@ struct Scene {
 
 Scene scene;
 
-// The statement for each channel drawn, with `c` its place among them. Where their number is constant so is `c`, without
-// a loop that a compiler might leave one: of one channel the code is that of no loop at all, and an array that is indexed
-// by it needs no memory.
-#ifdef BLOCKWALK_GENERAL
-#define forEachChannel(c, statement) for (int c = 0; c < kChannels; ++c) { statement }
-#else
-#define forOneChannel(c, number, statement) if (kChannels > number) { const int c = number; statement }
-#define forEachChannel(c, statement)   \
-  {                                    \
-    forOneChannel(c, 0, statement)     \
-    forOneChannel(c, 1, statement)     \
-    forOneChannel(c, 2, statement)     \
-    forOneChannel(c, 3, statement)     \
-  }
-#endif
-
-void loadChannel(int c) { scene.channels[c] = frame.channels[c]; }
+// Over the channels drawn. An array that is indexed by `c` needs no memory once the loop is unrolled, and of one channel
+// nothing is left of it.
+#define forEachChannel(c) [[unroll]] for (int c = 0; c < kChannels; ++c)
 
 void loadScene() {
-  forEachChannel(c, loadChannel(c);)
+  forEachChannel(c) scene.channels[c] = frame.channels[c];
   scene.grid_tiles = frame.grid_tiles;
   scene.grid_cells = frame.grid_cells;
   scene.anchor = vec3(frame.anchor);

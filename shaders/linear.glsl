@@ -16,14 +16,14 @@ vec3 placeAt(Ray ray, float t) { return ray.start + ray.dir * t; }
 
 // The subblock at a place near `block`, and the place relative to its corner.
 struct Spot {
-  bool stored;
-  SubblockVoxels voxels;
+  uint64_t voxels[kMaxDrawnChannels];  // the first is 0 where nothing is stored
   vec3 place;
 };
 
 Spot spotNear(uint block, vec3 place) {
   Spot spot;
-  spot.stored = false;
+  spot.voxels[0] = uint64_t(0);
+  spot.place = vec3(0.0);
   const float block_side = float(kBlockVoxels);
   for (int step = 0; step < 3; ++step) {
     vec3 corner = blockCorner(block);
@@ -42,8 +42,7 @@ Spot spotNear(uint block, vec3 place) {
   vec3 local = min(floor(in_block * (1.0 / float(kSubblockSide))), vec3(kBlockSide - 1));
   uint rank = subblockRank(block, uint(dot(local, latticeStrides(vec3(kBlockSide)))));
   if (rank == kNoSubblock) return spot;
-  spot.stored = true;
-  spot.voxels = subblockOfRank(firstSubblock(block), rank, (1u << kChannels) - 1u);
+  spot.voxels = subblockOfRank(firstSubblock(block), rank, 0u).at;
   spot.place = in_block - local * float(kSubblockSide);
   return spot;
 }
@@ -56,11 +55,11 @@ bool channelShowsAt(int c, uint64_t voxels, vec3 place) {
 
 bool showsAt(uint block, vec3 place) {
   Spot spot = spotNear(block, place);
-  if (!spot.stored) return false;
+  if (spot.voxels[0] == uint64_t(0)) return false;
   bool shows = false;
-  forEachChannel(c, {
-    if (!shows) shows = channelShowsAt(c, spot.voxels.at[c], spot.place);
-  })
+  forEachChannel(c) {
+    if (!shows) shows = channelShowsAt(c, spot.voxels[c], spot.place);
+  }
   return shows;
 }
 
@@ -99,29 +98,35 @@ void addHit(int c, Ray ray, uint64_t voxels, vec3 place, inout Sample mixture) {
 
 Sample hitOn(Ray ray, Spot spot) {
   Sample mixture = Sample(vec3(0.0), 0.0);
-  forEachChannel(c, addHit(c, ray, spot.voxels.at[c], spot.place, mixture);)
+  forEachChannel(c) addHit(c, ray, spot.voxels[c], spot.place, mixture);
   return mixture;
 }
 
-void hitBefore(Ray ray, uint block, Spot sampled, float k, float t, inout Ink ink) {
+// The hit between the sample before and the one of interval k at t, which shows `sampled` at the spot.
+void hitBefore(Ray ray, uint block, Spot spot, Sample sampled, float k, float t, inout Ink ink) {
   float t_hit = crossingBefore(ray, block, k, t);
-  Spot spot = spotNear(block, placeAt(ray, t_hit));
-  if (!spot.stored) spot = sampled;
+  Spot nearer = spotNear(block, placeAt(ray, t_hit));
+  if (nearer.voxels[0] != uint64_t(0)) spot = nearer;
   Sample s = hitOn(ray, spot);
-  if (kChannels > 1 && !(s.extinction > 0.0)) s = hitOn(ray, sampled);  // the same rounding
+  if (kChannels > 1 && !(s.extinction > 0.0)) s = sampled;  // hidden by a rounding
   hit(s.color, placeAt(ray, t_hit), t_hit, ink);
 }
 
-// What channel c shows of a sample: added to the mixture or, mip and mean, to the ink. Whether there is anything to see.
+// What channel c shows of a sample: gathered, a single channel's at once, or added to the mixture. Whether it is visible.
 bool addSample(int c, Ray ray, uint64_t voxels, vec3 place, vec2 interval, inout Sample mixture, inout Ink ink) {
+  float length_t = interval.y - interval.x;
   FieldValue value = fieldAt(voxels, place);
   if (kTestVoxel && !isInRange(c, value.density)) return false;
   Sample s = shadeDensity(c, value.density, value.color);
   if (!isVisible(value.density, s)) return false;
   if (kGathersDensities) {
-    gatherDensity(c, value.density, s.color, interval.x, interval.y - interval.x, ink);
-  } else if (kMode == kModeBlend) {
-    s.color = litColor(c, s.color, voxels, place, ray);
+    gatherDensity(c, value.density, s.color, interval.x, length_t, ink);
+    return true;
+  }
+  if (kMode == kModeBlend || kChannels > 1) s.color = litColor(c, s.color, voxels, place, ray);
+  if (kMode == kModeBlend && kChannels == 1) {
+    gather(s, interval.x, length_t, ink);
+  } else {
     mixIn(s, mixture);
   }
   return true;
@@ -132,16 +137,15 @@ void integrateSample(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, fl
   vec3 place = placeAt(ray, t) - corner;
   Sample mixture = Sample(vec3(0.0), 0.0);
   bool visible = false;
-  forEachChannel(c, {
+  forEachChannel(c) {
     if (mayShow(voxels, c)) {
       bool adds = addSample(c, ray, voxels.at[c], place, interval, mixture, ink);
       visible = visible || adds;
     }
-  })
-  if (kGathersDensities || !visible) return;
+  }
   if (kMode == kModeFirstHit || kMode == kModeIso) {
-    hitBefore(ray, block, Spot(true, voxels, place), k, t, ink);
-  } else {
+    if (visible) hitBefore(ray, block, Spot(voxels.at, place), mixture, k, t, ink);
+  } else if (kMode == kModeBlend && kChannels > 1 && visible) {
     gather(mixture, interval.x, interval.y - interval.x, ink);
   }
 }

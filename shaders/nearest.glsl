@@ -10,41 +10,44 @@ vec3 voxelAt(float index) {
   return vec3(index - stride * (y + stride * z), y, z);
 }
 
-// What channel c has in a voxel that the ray crosses over `length_t`: added to the mixture or, mip and mean, to the ink.
-// Whether there is anything to see.
-bool addVoxel(int c, Ray ray, uint64_t address, int index, float t, float length_t, inout Sample mixture,
+// A voxel that the ray crosses over `length_t`, in the colour and extinction of its visible channels together.
+void showVoxel(Sample s, Dda voxels, float length_t, vec3 corner, inout Ink ink) {
+  if (kMode == kModeFirstHit || kMode == kModeIso) {
+    hit(s.color, corner + voxelAt(voxels.index) + 0.5, voxels.t, ink);
+  } else {
+    gather(s, voxels.t, length_t, ink);
+  }
+}
+
+// What channel c shows of a voxel: gathered, a single channel's at once, or added to the mixture. At once, because a colour
+// that leaves a branch which only some rays take is stored under a mask: that costs lavapipe a sixth of the frame.
+void addVoxel(int c, Ray ray, uint64_t address, Dda voxels, float length_t, vec3 corner, inout Sample mixture,
               inout Ink ink) {
   uint bits;
+  int index = int(voxels.index) + kApronOffset;
   float density = loadDensity(address, index, bits);
-  if (!(length_t > 0.0) || (kTestVoxel && !isInRange(c, density))) return false;
+  if (!(length_t > 0.0) || (kTestVoxel && !isInRange(c, density))) return;
   Sample s = shadeDensity(c, density, colorOf(bits));
-  if (!isVisible(density, s)) return false;
+  if (!isVisible(density, s)) return;
   if (kGathersDensities) {
-    gatherDensity(c, density, s.color, t, length_t, ink);
+    gatherDensity(c, density, s.color, voxels.t, length_t, ink);
+    return;
+  }
+  if (kLit) s.color = lightColor(c, s.color, voxelGradient(address, index), ray.dir);
+  if (kChannels == 1) {
+    showVoxel(s, voxels, length_t, corner, ink);
   } else {
-    if (kLit) s.color = lightColor(c, s.color, voxelGradient(address, index), ray.dir);
     mixIn(s, mixture);
   }
-  return true;
 }
 
 void integrateVoxel(Ray ray, SubblockVoxels subblock, Dda voxels, float t_end, vec3 corner, inout Ink ink) {
-  int index = int(voxels.index) + kApronOffset;
   float length_t = min(voxels.t_exit, t_end) - voxels.t;
   Sample mixture = Sample(vec3(0.0), 0.0);
-  bool visible = false;
-  forEachChannel(c, {
-    if (mayShow(subblock, c)) {
-      bool adds = addVoxel(c, ray, subblock.at[c], index, voxels.t, length_t, mixture, ink);
-      visible = visible || adds;
-    }
-  })
-  if (kGathersDensities || !visible) return;
-  if (kMode == kModeFirstHit || kMode == kModeIso) {
-    hit(mixture.color, corner + voxelAt(voxels.index) + 0.5, voxels.t, ink);
-  } else {
-    gather(mixture, voxels.t, length_t, ink);
+  forEachChannel(c) {
+    if (mayShow(subblock, c)) addVoxel(c, ray, subblock.at[c], voxels, length_t, corner, mixture, ink);
   }
+  if (kChannels > 1 && mixture.extinction > 0.0) showVoxel(mixture, voxels, length_t, corner, ink);
 }
 
 void integrateNearest(Ray ray, SubblockVoxels subblock, vec3 corner, float t_begin, float t_end, inout Ink ink,

@@ -32,16 +32,20 @@ Sample sampleBetween(int c, float front, float back) {
   return Sample(integral.rgb / integral.a, integral.a);
 }
 
-// Adds what channel c shows of the piece from t to `next` to the mixture; its density at the piece's beginning is `front`,
-// which becomes that at its end.
+// What channel c shows of the piece from t to `next`: gathered, a single channel's at once, or added to the mixture. The
+// density at the piece's beginning is `front`, which becomes that at its end.
 void addPiece(int c, Ray ray, uint64_t voxels, vec3 corner, float t, float next, inout float front,
-              inout Sample mixture) {
+              inout Sample mixture, inout Ink ink) {
   float back = densityAt(voxels, placeAt(ray, next) - corner);
   Sample s = sampleBetween(c, front, back);
   front = back;
   if (!(s.extinction > 0.0)) return;
   s.color = litColor(c, s.color, voxels, placeAt(ray, 0.5 * (t + next)) - corner, ray);
-  mixIn(s, mixture);
+  if (kChannels == 1) {
+    gather(s, t, next - t, ink);
+  } else {
+    mixIn(s, mixture);
+  }
 }
 
 // The lattice's intervals, cut where the ray enters and leaves the subblock too.
@@ -50,21 +54,19 @@ void integratePreIntegrated(Ray ray, SubblockVoxels voxels, vec3 corner, float t
   float k = floor(t_begin / ray.dt);
   float t = t_begin;
   float front[kMaxDrawnChannels];
-  forEachChannel(c, {
+  forEachChannel(c) {
     if (mayShow(voxels, c)) front[c] = densityAt(voxels.at[c], placeAt(ray, t) - corner);
-  })
+  }
   for (uint i = 0u; i < scene.sample_bound; ++i) {
     float next = min((k + 1.0) * ray.dt, t_end);
     if (next > t) {
       if (kTally) work.voxel_steps += 1u;
       Sample mixture = Sample(vec3(0.0), 0.0);
-      forEachChannel(c, {
-        if (mayShow(voxels, c)) addPiece(c, ray, voxels.at[c], corner, t, next, front[c], mixture);
-      })
-      if (mixture.extinction > 0.0) {
-        gather(mixture, t, next - t, ink);
-        if (ink.done) return;
+      forEachChannel(c) {
+        if (mayShow(voxels, c)) addPiece(c, ray, voxels.at[c], corner, t, next, front[c], mixture, ink);
       }
+      if (kChannels > 1 && mixture.extinction > 0.0) gather(mixture, t, next - t, ink);
+      if (ink.done) return;
       t = next;
     }
     if (next >= t_end) return;

@@ -36,15 +36,15 @@ bool mayShow(SubblockVoxels voxels, int c) { return kChannels == 1 || !kCull || 
 
 SubblockVoxels firstSubblock(uint block) {
   SubblockVoxels voxels;
-  forEachChannel(c, voxels.at[c] = channelBlockAt(c, block).voxels;)
-  voxels.channels = (1u << kChannels) - 1u;
+  forEachChannel(c) voxels.at[c] = channelBlockAt(c, block).voxels;
+  voxels.channels = 0u;
   return voxels;
 }
 
 // The subblock of rank `rank` in the block of `first`.
 SubblockVoxels subblockOfRank(SubblockVoxels first, uint rank, uint channels) {
   SubblockVoxels voxels;
-  forEachChannel(c, voxels.at[c] = first.at[c] + uint64_t(rank) * kSubblockBytes;)
+  forEachChannel(c) voxels.at[c] = first.at[c] + uint64_t(rank) * kSubblockBytes;
   voxels.channels = channels;
   return voxels;
 }

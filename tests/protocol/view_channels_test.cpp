@@ -51,7 +51,7 @@ TEST(ViewChannels, WithoutAnItemTakeTheirDefault) {
 
 TEST(ViewChannels, AQueryGivesTheRequestBack) {
   for (const char* query : {"channels=0,2", "channels=3,1&range=;5:90", "range=1:2;;3:4", "tf=;;inferno",
-                            "tf=0:000000:0,255:00ff00:0.5;grey", "range=;;;-1e-30:1e+30&tf=;1:ffffff:1"}) {
+                            "tf=0:000000:0,255:00ff00:0.5;grey", "range=;;;-1e-30:1e%2B30&tf=;1:ffffff:1"}) {
     EXPECT_EQ(viewQuery(fromQuery(query)), query);
   }
 }
