@@ -112,10 +112,11 @@ bool isNeeded(const ResidentPart& part, const Plan& plan) {
 json residency(const ResidentVolume& volume, const View& view, const Plan& plan) {
   std::map<std::string, std::uint64_t> needed, left_out;
   for (const ResidentPart& part : volume.parts()) {
+    const std::string what = part.what + (part.apron ? " with ring" : "");
     if (isNeeded(part, plan)) {
-      needed[part.what] += part.bytes;
+      needed[what] += part.bytes;
     } else {
-      left_out[part.level != plan.level ? "other levels" : part.what + (part.apron ? " with ring" : "")] += part.bytes;
+      left_out[part.level != plan.level ? "other levels" : what] += part.bytes;
     }
   }
   std::uint64_t entries = plan.needs_table ? 0 : kTableEntries;
