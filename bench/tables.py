@@ -11,8 +11,8 @@ def megabytes(count):
 
 
 def parts(sizes):
-    """The parts of a residency by size, in words."""
-    shown = [(what, size) for what, size in sorted(sizes.items(), key=lambda part: -part[1]) if size > 0]
+    """The parts of a residency by size, in words; the smallest are in the sum alone."""
+    shown = [(what, size) for what, size in sorted(sizes.items(), key=lambda part: -part[1]) if size >= 5000]
     return ", ".join(f"{what} {megabytes(size)}" for what, size in shown)
 
 

@@ -19,8 +19,8 @@ namespace {
 using nlohmann::json;
 
 void upperHalf(View& view, const VolumeInfo& info) {
-  const ChannelInfo& values = info.channels[0];
-  const double lo = values.dataFromStored(values.density_min), hi = values.dataFromStored(values.density_max);
+  const ChannelInfo& channel = info.channels[0];
+  const double lo = channel.dataFromStored(channel.density_min), hi = channel.dataFromStored(channel.density_max);
   view.channels[0].range = DensityRange{.lo = 0.5 * (lo + hi), .hi = hi};
 }
 
@@ -112,10 +112,11 @@ bool isNeeded(const ResidentPart& part, const Plan& plan) {
 json residency(const ResidentVolume& volume, const View& view, const Plan& plan) {
   std::map<std::string, std::uint64_t> needed, left_out;
   for (const ResidentPart& part : volume.parts()) {
+    const std::string what = part.what + (part.apron ? " with ring" : "");
     if (isNeeded(part, plan)) {
-      needed[part.what] += part.bytes;
+      needed[what] += part.bytes;
     } else {
-      left_out[part.level != plan.level ? "other levels" : part.what + (part.apron ? " with ring" : "")] += part.bytes;
+      left_out[part.level != plan.level ? "other levels" : what] += part.bytes;
     }
   }
   std::uint64_t entries = plan.needs_table ? 0 : kTableEntries;
