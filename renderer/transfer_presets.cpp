@@ -112,7 +112,9 @@ std::vector<TransferPoint> automatic(const VolumeInfo& info, std::size_t number)
   if (info.channels.size() > 1) {
     const std::uint32_t full = kOfChannels[number];
     const double middle = body.isFlat() ? 1 : (body.middle - body.first) / (body.last - body.first);
-    colors = {0, shareOf(full, middle), full};
+    // As with the warm colours, what is thin is dark and yet to be seen: a first hit lies where opacity begins.
+    constexpr double kDark = 0.35;
+    colors = {shareOf(full, kDark), shareOf(full, kDark + (1 - kDark) * middle), full};
   }
   if (body.isFlat()) return ramp(info, channel, colors);
   return {{.value = body.first, .color = colorOf(colors[0]), .opacity = 0},
