@@ -51,7 +51,8 @@ Options parse(int argc, char** argv) {
     if (i + 1 == argc) throw std::invalid_argument(fmt::format("{} needs a value", argument));
     const std::string_view value = argv[++i];
     if (argument == "--samples") {
-      options.samples = std::max(1, std::stoi(std::string(value)));
+      options.samples = std::stoi(std::string(value));
+      if (options.samples < 1) throw std::invalid_argument("--samples must be at least 1");
     } else if (argument == "--json") {
       options.json_path = value;
     } else {

@@ -39,7 +39,8 @@ Options parse(int argc, char** argv) {
     if (i + 1 == argc) throw std::invalid_argument(fmt::format("{} needs a value", argument));
     const std::string_view value = argv[++i];
     if (argument == "--repeat") {
-      options.repeat = std::max(1, std::stoi(std::string(value)));
+      options.repeat = std::stoi(std::string(value));
+      if (options.repeat < 1) throw std::invalid_argument("--repeat must be at least 1");
     } else {
       setViewField(options.request, argument.substr(2), value);
     }
