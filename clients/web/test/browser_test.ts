@@ -109,7 +109,7 @@ test("a drag changes the picture, and resetting brings it back", () => open("", 
 
 test("moving a thumb of the range changes the picture", () => open("", async (page) => {
   const home = await readPicture(page);
-  await changeAndSettle(page, () => dragThumb(page, "range-lo", 0.6));
+  await changeAndSettle(page, () => dragThumb(page, "lo", 0.6));
   assert.ok(difference(home, await readPicture(page)) > 0.02);
 }));
 
@@ -131,7 +131,7 @@ test("light and smoothing change the picture", () => open("#mode=first-hit", asy
 
 test("the address restores the picture", () => open("", async (page) => {
   await changeAndSettle(page, () => drag(page, -90, 60));
-  await changeAndSettle(page, () => dragThumb(page, "range-lo", 0.3));
+  await changeAndSettle(page, () => dragThumb(page, "lo", 0.3));
   const picture = await readPicture(page);
   const address = await readAddress(page);
   await open(`#${address.toString()}`, async (copy) => {
