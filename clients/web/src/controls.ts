@@ -4,8 +4,8 @@
 import { byId } from "./dom";
 import { kModes, kPresets } from "./protocol";
 import { formatValue } from "./units";
-import type { Range } from "./volume_info";
-import type { ViewOverrides, ViewState } from "./view_state";
+import type { Range, VolumeInfo } from "./volume_info";
+import type { ViewChange, ViewState } from "./view_state";
 
 const kLeastExtinction = 0.001;
 const kMostExtinction = 10;
@@ -15,6 +15,7 @@ export class Controls {
   private readonly smooth = byId("smooth", HTMLInputElement);
   private readonly lit = byId("lit", HTMLInputElement);
   private readonly isoBlock = byId("iso-block", HTMLElement);
+  private readonly isoTitle = byId("iso-title", HTMLElement);
   private readonly iso = byId("iso", HTMLInputElement);
   private readonly isoValue = byId("iso-value", HTMLOutputElement);
   private readonly presetBlock = byId("preset-block", HTMLElement);
@@ -26,7 +27,7 @@ export class Controls {
   private readonly backgrounds = byId("backgrounds", HTMLElement);
   private readonly ownBackground = byId("own-background", HTMLInputElement);
 
-  constructor(onChange: (change: ViewOverrides) => void) {
+  constructor(onChange: (change: ViewChange) => void) {
     this.modes.addEventListener("change", (event) => {
       const wanted = event.target instanceof HTMLInputElement ? event.target.value : "";
       const mode = kModes.find((known) => known === wanted);
@@ -48,18 +49,21 @@ export class Controls {
     this.ownBackground.addEventListener("input", () => onChange({ background: this.ownBackground.value.slice(1) }));
   }
 
-  // `isColoured`: the volume is rgba8; only those have an extinction, and only blending uses it.
-  show(view: ViewState, isColoured: boolean): void {
+  // Only rgba8 volumes have an extinction, and only blending uses it; only scalars of one channel have colours to choose.
+  show(view: ViewState, { type, channels }: VolumeInfo): void {
+    const isColoured = type === "rgba8";
+    const surfaceOf = view.drawn[0] ?? 0; // the others are not drawn in mode iso
     for (const input of this.modes.querySelectorAll("input")) input.checked = input.value === view.mode;
     this.smooth.checked = view.filter === "linear";
     this.lit.checked = view.lit;
-    this.isoRange = view.range;
-    const iso = view.iso ?? (view.range[0] + view.range[1]) / 2;
+    this.isoRange = view.ranges[surfaceOf] ?? this.isoRange;
+    const iso = view.iso ?? (this.isoRange[0] + this.isoRange[1]) / 2;
+    this.isoTitle.textContent = channels.length > 1 ? `Surface value of ${channels[surfaceOf]?.name ?? surfaceOf}` : "Surface value";
     this.isoBlock.hidden = view.mode !== "iso";
     this.iso.value = String(positionIn(this.isoRange, iso));
     this.isoValue.textContent = formatValue(iso);
     this.iso.setAttribute("aria-valuetext", formatValue(iso));
-    this.presetBlock.hidden = isColoured || view.mode === "blocks";
+    this.presetBlock.hidden = isColoured || channels.length > 1 || view.mode === "blocks";
     this.preset.value = view.tf;
     this.extinctionBlock.hidden = !isColoured || view.mode !== "blend";
     this.extinction.value = String(positionOfExtinction(view.extinction));

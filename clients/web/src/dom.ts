@@ -8,6 +8,13 @@ export function byId<T extends Element>(id: string, type: abstract new () => T):
   return found;
 }
 
+// The element of this selector below `root`: a part that a template of index.html promises.
+export function part<T extends Element>(root: ParentNode, selector: string, type: abstract new () => T): T {
+  const found = root.querySelector(selector);
+  if (!(found instanceof type)) throw new Error(`index.html has no ${type.name} ${selector}`);
+  return found;
+}
+
 export function element<K extends keyof HTMLElementTagNameMap>(
   tag: K,
   attributes: Readonly<Record<string, string>> = {},

@@ -2,13 +2,13 @@
 // The page: joins the list of volumes, the viewer, the controls and the address.
 
 import { Catalog, type CatalogState } from "./catalog";
+import { ChannelRows } from "./channel_rows";
 import { Controls } from "./controls";
 import { byId } from "./dom";
 import { bindKeys, bindPointer } from "./gestures";
 import { noticeFor, type StreamState } from "./notice";
 import type { Problem } from "./protocol";
 import { Overlay } from "./overlay";
-import { RangeControl } from "./range_control";
 import { Readout } from "./readout";
 import { Shell } from "./shell";
 import { Toasts } from "./toasts";
@@ -31,7 +31,7 @@ class Page {
   private readonly canvas = byId("canvas", HTMLCanvasElement);
   private readonly list = new VolumeList((id) => this.choose(id));
   private readonly controls = new Controls((change) => this.viewer.change(change));
-  private readonly rangeControl = new RangeControl((range) => this.viewer.change({ range }));
+  private readonly channelRows = new ChannelRows((change) => this.viewer.change(change));
   private readonly catalog = new Catalog(kApi, (state) => this.catalogChanged(state));
   private readonly viewer: Viewer;
 
@@ -46,7 +46,7 @@ class Page {
   constructor() {
     this.viewer = new Viewer(this.canvas, {
       opened: (volume) => {
-        this.rangeControl.setVolume(volume);
+        this.channelRows.setVolume(volume);
         this.list.showFacts(volume);
         document.body.classList.add("has-volume");
         document.title = `${volume.name} · Blockwalk`;
@@ -80,7 +80,7 @@ class Page {
     const { volume, overrides, faults } = parseFragment(location.hash);
     for (const fault of faults) this.toasts.show({ title: "The address is not understood", detail: fault, field: null });
     this.overrides = overrides;
-    if (volume === null || volume === this.opened) this.viewer.change(overrides);
+    if (volume === null || volume === this.opened) this.viewer.ask(overrides);
     if (volume !== null) this.chosen = volume;
     this.update();
   }
@@ -88,7 +88,7 @@ class Page {
   private choose(id: string): void {
     if (id === this.chosen) return;
     const view = this.viewer.current;
-    // The look goes along to the next volume; camera and range are each volume's own.
+    // The look goes along to the next volume; camera, channels and ranges are each volume's own.
     this.overrides = view === null ? {} : { mode: view.mode, background: view.background };
     this.chosen = id;
     // A step in the history, so that "back" is the volume before.
@@ -132,8 +132,8 @@ class Page {
   }
 
   private viewChanged(view: ViewState): void {
-    this.rangeControl.show(view.range);
-    this.controls.show(view, this.viewer.isColoured);
+    this.channelRows.show(view);
+    if (this.viewer.info !== null) this.controls.show(view, this.viewer.info);
     this.stage.style.backgroundColor = `#${view.background}`;
     if (this.addressTimer !== undefined) return;
     this.addressTimer = window.setTimeout(() => this.writeAddress(), kAddressPauseMs);

@@ -7,7 +7,7 @@
 
 import { FormatError, Fields, parseJson } from "./json_fields";
 import type { Vec3 } from "./vector";
-import { parseVolumeInfo, type VolumeInfo } from "./volume_info";
+import { parseVolumeInfo, type Range, type VolumeInfo } from "./volume_info";
 
 export const kSubprotocol = "blockwalk.v1";
 const kMaxHeaderBytes = 65536;
@@ -60,7 +60,8 @@ export interface ViewMembers {
   readonly target?: Vec3;
   readonly up?: Vec3;
   readonly fov?: number;
-  readonly range?: readonly [number, number];
+  readonly channels?: readonly number[]; // drawn, of several
+  readonly range?: Range | readonly Range[]; // of several channels an item each
   readonly mode?: Mode;
   readonly iso?: number | "auto";
   readonly filter?: Filter;

@@ -1,35 +1,40 @@
 // SPDX-License-Identifier: Apache-2.0
-// The density range: two thumbs over the histogram, a band between them that moves both, and two number fields.
+// The density range of one channel: two thumbs over the histogram, a band between them that moves both, and two number fields.
 
-import { byId } from "./dom";
+import { part } from "./dom";
 import { histogramPath, positionOf, valueAt, valueScale, type ValueScale } from "./histogram_shape";
 import { formatValue } from "./units";
-import type { Range, VolumeInfo } from "./volume_info";
+import type { ChannelInfo, Range } from "./volume_info";
 
 type End = 0 | 1; // lo, hi
 
 export class RangeControl {
-  private readonly track = byId("range-track", HTMLElement);
-  private readonly band = byId("range-band", HTMLElement);
-  private readonly lit = byId("histogram-lit", SVGSVGElement);
-  private readonly thumbs = [byId("range-lo", HTMLElement), byId("range-hi", HTMLElement)] as const;
-  private readonly inputs = [byId("range-lo-value", HTMLInputElement), byId("range-hi-value", HTMLInputElement)] as const;
-  private readonly fault = byId("range-fault", HTMLElement);
-  private scale: ValueScale = { lo: 0, hi: 1, step: 0.01 };
-  private range: Range = [0, 1];
+  private readonly track: HTMLElement;
+  private readonly band: HTMLElement;
+  private readonly lit: SVGSVGElement;
+  private readonly thumbs: readonly [HTMLElement, HTMLElement];
+  private readonly inputs: readonly [HTMLInputElement, HTMLInputElement];
+  private readonly fault: HTMLElement;
+  private readonly scale: ValueScale;
+  private range: Range;
 
-  constructor(private readonly onChange: (range: Range) => void) {
+  // `row` is a copy of the template of index.html; `unit` the data units between stored values, 0 where they are continuous.
+  constructor(row: ParentNode, channel: ChannelInfo, unit: number, private readonly onChange: (range: Range) => void) {
+    this.track = part(row, ".range-track", HTMLElement);
+    this.band = part(row, ".range-band", HTMLElement);
+    this.lit = part(row, ".histogram.lit", SVGSVGElement);
+    this.thumbs = [part(row, ".thumb.lo", HTMLElement), part(row, ".thumb.hi", HTMLElement)];
+    this.inputs = [part(row, ".value-lo", HTMLInputElement), part(row, ".value-hi", HTMLInputElement)];
+    this.fault = part(row, ".fault", HTMLElement);
+    this.scale = valueScale(channel.densityRange, unit);
+    this.range = channel.defaultRange;
+    const path = histogramPath(channel.histogram, this.scale);
+    for (const shape of row.querySelectorAll(".histogram path")) shape.setAttribute("d", path);
     for (const end of [0, 1] as const) {
       this.bindThumb(end);
       this.bindInput(end);
     }
     this.bindBand();
-  }
-
-  setVolume(volume: VolumeInfo): void {
-    this.scale = valueScale(volume.densityRange, volume.type === "f32" ? 0 : volume.valueScale);
-    const path = histogramPath(volume.histogram, this.scale);
-    for (const shape of document.querySelectorAll(".histogram path")) shape.setAttribute("d", path);
   }
 
   show(range: Range): void {

@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The view as text: the address' fragment, and the query of an image. Names and forms are the interface's:
 // volume=fossil&eye=1,2,3&target=0,0,0&up=0,1,0&range=10:200&mode=blend&extinction=0.2&background=000000
-// What is as a new view has it may be left out: iso, filter, lit and tf are.
+// Of several channels there is a range each, range=10:200;5:90, and channels=0,2 where not all are drawn.
+// What is as a new view has it may be left out: channels, iso, filter, lit and tf are.
 
 import { isUsable } from "./camera";
 import { kFilters, kModes, kPresets } from "./protocol";
 import type { Vec3 } from "./vector";
+import type { Range } from "./volume_info";
 import type { ViewOverrides, ViewState } from "./view_state";
 
 export interface AddressState {
@@ -31,13 +33,14 @@ function viewParts(view: ViewState, isColoured: boolean): string[] {
     `eye=${vector(view.camera.eye)}`,
     `target=${vector(view.camera.target)}`,
     `up=${vector(view.camera.up)}`,
+    ...(view.drawn.length === view.ranges.length ? [] : [`channels=${view.drawn.join(",")}`]),
     // Every digit: a rounded bound could leave out the very voxels it names.
-    `range=${view.range[0]}:${view.range[1]}`,
+    `range=${view.ranges.map(([lo, hi]) => `${lo}:${hi}`).join(";")}`,
     `mode=${view.mode}`,
     ...(view.iso === null ? [] : [`iso=${view.iso}`]),
     ...(view.filter === "nearest" ? [] : [`filter=${view.filter}`]),
     ...(view.lit ? ["lit=on"] : []),
-    ...(isColoured || view.tf === "auto" ? [] : [`tf=${view.tf}`]),
+    ...(isColoured || view.ranges.length > 1 || view.tf === "auto" ? [] : [`tf=${view.tf}`]),
     ...(isColoured ? [`extinction=${compact(view.extinction)}`] : []),
     `background=${view.background}`,
   ];
@@ -56,7 +59,8 @@ export function parseFragment(fragment: string): AddressState {
   const eye = read("eye", parseVec3, "three numbers x,y,z");
   const target = read("target", parseVec3, "three numbers x,y,z");
   const up = read("up", parseVec3, "three numbers x,y,z");
-  const range = read("range", parseRange, "two numbers lo:hi, lo not above hi");
+  const drawn = read("channels", parseChannels, "numbers of channels from 0, each once, or all");
+  const ranges = read("range", parseRanges, "two numbers lo:hi, lo not above hi, of several channels separated by ;");
   const choice = <T extends string>(name: string, known: readonly T[]): T | null =>
     read(name, (text) => known.find((value) => value === text) ?? null, known.join(", "));
   const mode = choice("mode", kModes);
@@ -74,7 +78,8 @@ export function parseFragment(fragment: string): AddressState {
     volume: parameters.get("volume"),
     overrides: {
       ...(camera && usable && { camera }),
-      ...(range && { range }),
+      ...(drawn && { drawn }),
+      ...(ranges && { ranges }),
       ...(mode && { mode }),
       ...(iso !== null && { iso }),
       ...(filter && { filter }),
@@ -104,7 +109,21 @@ function parseVec3(text: string): Vec3 | null {
   return x === undefined || y === undefined || z === undefined ? null : [x, y, z];
 }
 
-function parseRange(text: string): readonly [number, number] | null {
+// An item that is empty among several, or auto, is the channel's own range.
+function parseRanges(text: string): readonly (Range | null)[] | null {
+  const items = text.split(";").map((item) => item.trim());
+  const ranges = items.map((item) => (item === "auto" || (item === "" && items.length > 1) ? null : parseRange(item) ?? undefined));
+  return ranges.every((range) => range !== undefined) ? ranges : null;
+}
+
+function parseChannels(text: string): readonly number[] | "all" | null {
+  if (text === "all") return "all";
+  const items = text.split(",").map((item) => item.trim());
+  const numbers = [...new Set(items.map(Number))].sort((a, b) => a - b);
+  return items.every((item) => /^\d{1,2}$/.test(item)) && numbers.length === items.length ? numbers : null;
+}
+
+function parseRange(text: string): Range | null {
   const [lo, hi] = parseNumbers(text, ":", 2) ?? [];
   return lo === undefined || hi === undefined || lo > hi ? null : [lo, hi];
 }

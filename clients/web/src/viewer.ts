@@ -12,7 +12,7 @@ import type { StreamState } from "./notice";
 import type { FrameHeader, Problem } from "./protocol";
 import { Stream } from "./stream";
 import { length, subtract } from "./vector";
-import { changedMembers, initialView, pictureSize, type ViewOverrides, type ViewState } from "./view_state";
+import { changedMembers, fitted, initialView, pictureSize, type ViewChange, type ViewOverrides, type ViewState } from "./view_state";
 import type { VolumeInfo } from "./volume_info";
 
 export interface ViewerEvents {
@@ -46,6 +46,10 @@ export class Viewer implements Moves {
     return this.volume?.type === "rgba8";
   }
 
+  get info(): VolumeInfo | null {
+    return this.volume;
+  }
+
   get current(): ViewState | null {
     return this.view;
   }
@@ -76,9 +80,14 @@ export class Viewer implements Moves {
     this.setState("none");
   }
 
-  change(change: ViewOverrides): void {
+  change(change: ViewChange): void {
     if (this.view === null) return;
     this.setView({ ...this.view, ...change });
+  }
+
+  // What an address asks of the volume that is open.
+  ask(overrides: ViewOverrides): void {
+    if (this.volume !== null) this.change(this.fit(this.volume, overrides));
   }
 
   orbit(dx: number, dy: number): void {
@@ -113,7 +122,13 @@ export class Viewer implements Moves {
     this.sent = null;
     this.setState("live");
     if (isFirst) this.events.opened(volume);
-    this.setView(isFirst || this.view === null ? initialView(volume, this.size(), overrides) : this.view);
+    this.setView(isFirst || this.view === null ? initialView(volume, this.size(), this.fit(volume, overrides)) : this.view);
+  }
+
+  private fit(volume: VolumeInfo, overrides: ViewOverrides): ViewChange {
+    const { change, faults } = fitted(volume, overrides);
+    for (const fault of faults) this.events.problem({ title: "The address does not fit this volume", detail: fault, field: null });
+    return change;
   }
 
   private setView(view: ViewState): void {

@@ -27,6 +27,17 @@ export interface Histogram {
   readonly counts: readonly number[];
 }
 
+// Of a volume of one channel too.
+export interface ChannelInfo {
+  readonly name: string; // never empty
+  readonly valueScale: number;
+  readonly densityRange: Range;
+  readonly histogram: Histogram;
+  readonly nonemptyShare: number;
+  readonly defaultRange: Range;
+  readonly colour: string | null; // rrggbb, its own transfer function's last point; null where voxels have their colours
+}
+
 export interface VolumeInfo {
   readonly id: string;
   readonly name: string;
@@ -34,16 +45,13 @@ export interface VolumeInfo {
   readonly dims: Vec3;
   readonly spacing: Vec3;
   readonly worldBox: { readonly min: Vec3; readonly max: Vec3 };
-  readonly valueScale: number;
-  readonly densityRange: Range;
-  readonly histogram: Histogram;
+  readonly channels: readonly ChannelInfo[]; // at least one
   readonly levelCount: number;
   readonly blockCount: number; // level 0
   readonly storedBytes: number;
   readonly denseBytes: number;
-  readonly nonemptyShare: number;
   readonly source: string;
-  readonly defaultView: { readonly camera: Camera; readonly fovDegrees: number; readonly range: Range };
+  readonly defaultView: { readonly camera: Camera; readonly fovDegrees: number };
 }
 
 export function parseVolumeList(value: unknown): readonly VolumeSummary[] {
@@ -77,10 +85,6 @@ export function parseVolumeInfo(value: unknown): VolumeInfo {
   const levels = fields.array("levels");
   const finest = new Fields(levels[0], "volume.levels[0]");
   const view = fields.object("default_view");
-  const histogram = fields.object("histogram");
-  // Of several channels a range each. A view that names one range names the first channel's; the others keep their own.
-  const ranges = view.array("range");
-  const first = Array.isArray(ranges[0]) ? new Fields({ range: ranges[0] }, "volume.default_view") : view;
   return {
     id: fields.string("id"),
     name: fields.string("name"),
@@ -88,21 +92,50 @@ export function parseVolumeInfo(value: unknown): VolumeInfo {
     dims: fields.vec3("dims"),
     spacing: fields.vec3("spacing"),
     worldBox: { min: [box[0] ?? 0, box[1] ?? 0, box[2] ?? 0], max: [box[3] ?? 0, box[4] ?? 0, box[5] ?? 0] },
-    valueScale: fields.number("value_scale"),
-    densityRange: fields.pair("density_range"),
-    histogram: { lo: histogram.number("lo"), hi: histogram.number("hi"), counts: histogram.numbers("counts") },
+    channels: parseChannels(fields.array("channels"), view),
     levelCount: levels.length,
     blockCount: finest.number("blocks"),
     storedBytes: fields.number("stored_bytes"),
     denseBytes: fields.number("dense_bytes"),
-    nonemptyShare: fields.number("nonempty_share"),
     source: fields.has("source") ? fields.string("source") : "",
     defaultView: {
       camera: { eye: view.vec3("eye"), target: view.vec3("target"), up: view.vec3("up") },
       fovDegrees: view.number("fov"),
-      range: first.pair("range"),
     },
   };
+}
+
+// Of several channels the default view has arrays of ranges and transfer functions, of one the thing itself.
+function parseChannels(entries: readonly unknown[], view: Fields): readonly ChannelInfo[] {
+  if (entries.length === 0) throw new FormatError("volume.channels", "at least one channel");
+  const each = (name: string): readonly unknown[] => {
+    const items = entries.length > 1 ? view.array(name) : [view.value(name)];
+    if (items.length !== entries.length) throw new FormatError(`volume.default_view.${name}`, `one of each of ${entries.length} channels`);
+    return items;
+  };
+  const [ranges, transfers] = [each("range"), each("tf")];
+  return entries.map((entry, index) => {
+    const fields = new Fields(entry, `volume.channels[${index}]`);
+    const histogram = fields.object("histogram");
+    const transfer = transfers[index];
+    const isOwn = entries.length === 1 && (transfer === undefined || transfer === null);
+    return {
+      name: fields.string("name") || `Channel ${index + 1}`,
+      valueScale: fields.number("value_scale"),
+      densityRange: fields.pair("density_range"),
+      histogram: { lo: histogram.number("lo"), hi: histogram.number("hi"), counts: histogram.numbers("counts") },
+      nonemptyShare: fields.number("nonempty_share"),
+      defaultRange: new Fields({ range: ranges[index] }, "volume.default_view").pair("range"),
+      colour: isOwn ? null : lastColour(transfer),
+    };
+  });
+}
+
+// The colour of the last point of value:rrggbb:opacity,...
+function lastColour(transfer: unknown): string {
+  const colour = typeof transfer === "string" ? /(?:^|,)[^:,]+:([0-9a-f]{6}):[^:,]+$/i.exec(transfer)?.[1] : undefined;
+  if (colour === undefined) throw new FormatError("volume.default_view.tf", "points value:rrggbb:opacity");
+  return colour.toLowerCase();
 }
 
 function oneOf<T extends string>(value: string, allowed: readonly T[], path: string): T {

@@ -29,10 +29,9 @@ export class VolumeList {
       ["Size", `${formatDims(volume.dims)} voxels`],
       ["Spacing", volume.spacing.map(formatValue).join(" × ")],
       ["Type", volume.type],
-      ["Density", `${formatValue(volume.densityRange[0])} to ${formatValue(volume.densityRange[1])}`],
+      ...channelFacts(volume),
       ["Levels", String(volume.levelCount)],
       ["Blocks", formatCount(volume.blockCount)],
-      ["Non-empty", formatShare(volume.nonemptyShare)],
       ["Stored", `${formatBytes(volume.storedBytes)} of ${formatBytes(volume.denseBytes)} dense`],
       ...(volume.source === "" ? [] : [["Source", volume.source] as const]),
     ];
@@ -51,6 +50,15 @@ export class VolumeList {
     button.addEventListener("click", () => this.onChoose(volume.id));
     return element("li", {}, button);
   }
+}
+
+// What is a channel's own: of several a line each, under their names.
+function channelFacts({ channels }: VolumeInfo): (readonly [string, string])[] {
+  return channels.flatMap(({ name, densityRange: [lo, hi], nonemptyShare }) => {
+    const density = `${formatValue(lo)} to ${formatValue(hi)}`;
+    if (channels.length > 1) return [[name, `${density}, ${formatShare(nonemptyShare)} non-empty`]];
+    return [["Density", density], ["Non-empty", formatShare(nonemptyShare)]];
+  });
 }
 
 function stateMark(volume: VolumeSummary): Element {

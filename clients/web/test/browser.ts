@@ -90,9 +90,13 @@ export async function drag(page: Page, dx: number, dy: number): Promise<void> {
   await page.mouse.up();
 }
 
-// Drags a thumb of the range by a share of the track.
-export async function dragThumb(page: Page, id: "range-lo" | "range-hi", share: number): Promise<void> {
-  const [thumb, track] = [await page.locator(`#${id}`).boundingBox(), await page.locator("#range-track").boundingBox()];
+// The selector of a part of a channel's row.
+export const partOf = (channel: number, selector: string): string => `.channel[data-channel="${channel}"] ${selector}`;
+
+// Drags a thumb of a channel's range by a share of the track.
+export async function dragThumb(page: Page, end: "lo" | "hi", share: number, channel = 0): Promise<void> {
+  const box = (selector: string) => page.locator(partOf(channel, selector)).boundingBox();
+  const [thumb, track] = [await box(`.thumb.${end}`), await box(".range-track")];
   assert.ok(thumb && track);
   const [x, y] = [thumb.x + thumb.width / 2, thumb.y + thumb.height - 8];
   await page.mouse.move(x, y);

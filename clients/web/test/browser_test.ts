@@ -6,11 +6,11 @@ import { execFileSync, spawn, type ChildProcess } from "node:child_process";
 import { mkdirSync, mkdtempSync, rmSync } from "node:fs";
 import { createServer } from "node:net";
 import { tmpdir } from "node:os";
-import { join } from "node:path";
+import { join, parse } from "node:path";
 import { after, before, test } from "node:test";
 import type { Browser, Page } from "playwright-core";
 import {
-  changeAndSettle, difference, drag, dragThumb, launchBrowser, openPage, readAddress, readPicture, shareOtherThan, waitForFinal,
+  changeAndSettle, difference, drag, dragThumb, launchBrowser, openPage, partOf, readAddress, readPicture, shareOtherThan, waitForFinal,
 } from "./browser";
 
 const kReadyWithinMs = 60000;
@@ -18,7 +18,7 @@ const kReadyWithinMs = 60000;
 const programs = process.env["BLOCKWALK_BIN"];
 if (programs === undefined) throw new Error("BLOCKWALK_BIN must name the folder that holds blockwalk and blockwalkd");
 const folder = mkdtempSync(join(tmpdir(), "blockwalk-browser-"));
-const volume = join(folder, "fossil.bwv");
+const volumes = ["fossil", "tissue"].map((name) => join(folder, `${name}.bwv`)); // rgba8, three channels of u16
 let browser: Browser;
 let daemon: Daemon;
 
@@ -26,7 +26,7 @@ class Daemon {
   private constructor(private readonly process: ChildProcess, readonly port: number) {}
 
   static async start(port: number): Promise<Daemon> {
-    const child = spawn(join(programs ?? "", "blockwalkd"), ["--listen", `127.0.0.1:${port}`, volume], { stdio: ["ignore", "inherit", "inherit"] });
+    const child = spawn(join(programs ?? "", "blockwalkd"), ["--listen", `127.0.0.1:${port}`, ...volumes], { stdio: ["ignore", "inherit", "inherit"] });
     const daemon = new Daemon(child, port);
     const deadline = Date.now() + kReadyWithinMs;
     while (!(await daemon.isReady())) {
@@ -63,7 +63,7 @@ async function freePort(): Promise<number> {
 }
 
 before(async () => {
-  execFileSync(join(programs, "blockwalk"), ["demo", "fossil", "-o", volume, "--size", "96"], { stdio: "inherit" });
+  for (const path of volumes) execFileSync(join(programs, "blockwalk"), ["demo", parse(path).name, "-o", path, "--size", "96"], { stdio: "inherit" });
   daemon = await Daemon.start(await freePort());
   browser = await launchBrowser();
 });
@@ -109,7 +109,7 @@ test("a drag changes the picture, and resetting brings it back", () => open("", 
 
 test("moving a thumb of the range changes the picture", () => open("", async (page) => {
   const home = await readPicture(page);
-  await changeAndSettle(page, () => dragThumb(page, "range-lo", 0.6));
+  await changeAndSettle(page, () => dragThumb(page, "lo", 0.6));
   assert.ok(difference(home, await readPicture(page)) > 0.02);
 }));
 
@@ -131,9 +131,25 @@ test("light and smoothing change the picture", () => open("#mode=first-hit", asy
 
 test("the address restores the picture", () => open("", async (page) => {
   await changeAndSettle(page, () => drag(page, -90, 60));
-  await changeAndSettle(page, () => dragThumb(page, "range-lo", 0.3));
+  await changeAndSettle(page, () => dragThumb(page, "lo", 0.3));
   const picture = await readPicture(page);
   const address = await readAddress(page);
+  await open(`#${address.toString()}`, async (copy) => {
+    assert.ok(difference(picture, await readPicture(copy)) < 0.01);
+  });
+}));
+
+test("channels and their ranges change the picture, and the address restores it", () => open("#volume=tissue", async (page) => {
+  assert.deepEqual(await page.locator(".channel-name").allInnerTexts(), ["nuclei", "membranes", "marker"]);
+  const all = await readPicture(page);
+  await changeAndSettle(page, () => page.locator(partOf(1, "input[type=checkbox]")).uncheck());
+  const without = await readPicture(page);
+  assert.ok(difference(all, without) > 0.02);
+  await changeAndSettle(page, () => dragThumb(page, "lo", 0.6, 0));
+  const picture = await readPicture(page);
+  assert.ok(difference(without, picture) > 0.02);
+  const address = await readAddress(page);
+  assert.equal(address.get("channels"), "0,2");
   await open(`#${address.toString()}`, async (copy) => {
     assert.ok(difference(picture, await readPicture(copy)) < 0.01);
   });

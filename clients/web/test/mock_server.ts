@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A server that speaks the protocol and draws a shaded ball instead of a volume: it turns with the eye, and shrinks
-// with the lower bound of the range. It sends a coarse frame at once and the final one a little later.
+// with the lower bound of the first range; its colour is that of the first channel drawn. It sends a coarse frame at once and the final one a little later.
 
 import { readFile } from "node:fs/promises";
 import { createServer, type IncomingMessage, type Server, type ServerResponse } from "node:http";
@@ -21,6 +21,7 @@ export interface ListedVolume {
   readonly id: string;
   readonly state: "ready" | "loading" | "failed";
   readonly type: string;
+  readonly channelNames?: readonly string[];
   readonly error?: string;
 }
 
@@ -64,7 +65,7 @@ export class MockServer {
   private async answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const path = new URL(request.url ?? "/", "http://mock").pathname;
     if (path === "/api/v1/volumes") {
-      const volumes = this.volumes.map((listed) => (listed.state === "ready" ? { ...sampleVolume(listed.id, listed.type), ...listed } : { name: listed.id, ...listed }));
+      const volumes = this.volumes.map((listed) => (listed.state === "ready" ? { ...sampleVolume(listed.id, listed.type, listed.channelNames), ...listed } : { name: listed.id, ...listed }));
       return void response.writeHead(200, { "content-type": "application/json" }).end(JSON.stringify({ volumes }));
     }
     if (path.endsWith("/stream") && this.refusal !== null) {
@@ -80,7 +81,7 @@ export class MockServer {
   }
 
   private serve(socket: WebSocket, listed: ListedVolume): void {
-    const hello = { type: "hello", version: "blockwalk.v1", volume: sampleVolume(listed.id, listed.type), limits: {} };
+    const hello = { type: "hello", version: "blockwalk.v1", volume: sampleVolume(listed.id, listed.type, listed.channelNames), limits: {} };
     socket.send(JSON.stringify(hello));
     let view: View = {};
     let seq = 0;
@@ -127,7 +128,9 @@ function drawFrame(view: View, seq: number, scale: number): Buffer {
   const width = Math.max(1, Math.round(fullWidth * shrink));
   const height = Math.max(1, Math.round(fullHeight * shrink));
   const [ex = 0, ey = 0, ez = 1] = numbers(view["eye"]).map((e, i) => e - (numbers(view["target"])[i] ?? 0));
-  const [lo = 0] = numbers(view["range"]);
+  const range: unknown = view["range"];
+  const [lo = 0] = numbers(Array.isArray(range) && Array.isArray(range[0]) ? range[0] : range);
+  const [first = 0] = numbers(view["channels"]);
   const background = parseInt(String(view["background"]), 16);
   const yaw = Math.atan2(ex, ez);
   const pitch = Math.atan2(ey, Math.hypot(ex, ez));
@@ -140,7 +143,8 @@ function drawFrame(view: View, seq: number, scale: number): Buffer {
     const z = Math.sqrt(1 - d);
     const band = Math.sin(8 * (Math.atan2(x, z) + yaw)) * Math.sin(8 * (Math.asin(y) + pitch)) > 0 ? 1 : 0.6;
     const light = (0.25 + 0.75 * Math.max(0, 0.4 * x + 0.5 * y + 0.75 * z)) * band;
-    return [255 * light, 190 * light, 120 * light];
+    const tint = ([[255, 190, 120], [120, 190, 255], [190, 255, 120]] as const)[first % 3] ?? [255, 255, 255];
+    return [tint[0] * light, tint[1] * light, tint[2] * light];
   });
   const header = {
     id: view["id"], seq, width, height, format: "png", level: scale < 1 ? 1 : 0, final: scale === 1, scale, gpu_ms: 3.2, encode_ms: 1, dropped: 0,

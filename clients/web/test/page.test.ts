@@ -6,7 +6,7 @@ import { mkdirSync } from "node:fs";
 import { after, before, test } from "node:test";
 import type { Browser, Page } from "playwright-core";
 import {
-  changeAndSettle, difference, drag, dragThumb, kDesktop, kPhone, launchBrowser, openPage, readAddress, readPicture, shareOtherThan, waitForFinal,
+  changeAndSettle, difference, drag, dragThumb, kDesktop, kPhone, launchBrowser, openPage, partOf, readAddress, readPicture, shareOtherThan, waitForFinal,
 } from "./browser";
 import { MockServer, type ListedVolume } from "./mock_server";
 
@@ -17,6 +17,7 @@ const kVolumes: readonly ListedVolume[] = [
   { id: "vessels", state: "ready", type: "u8" },
   { id: "broken", state: "failed", type: "u8", error: "broken.bwv: chunk 3: wrong checksum" },
 ];
+const kCells: readonly ListedVolume[] = [{ id: "cells", state: "ready", type: "u16", channelNames: ["nuclei", "membranes", ""] }];
 let browser: Browser;
 before(async () => { browser = await launchBrowser(); });
 after(() => browser.close());
@@ -104,25 +105,25 @@ test("drag, wheel and keys move the camera, double click and r bring it back", (
 test("the range follows thumbs, keys and number fields, and refuses nonsense", () => run({}, async ({ page, mock }) => {
   await waitForFinal(page);
   const home = await readPicture(page);
-  await changeAndSettle(page, () => dragThumb(page, "range-lo", 0.5));
+  await changeAndSettle(page, () => dragThumb(page, "lo", 0.5));
   assert.ok(difference(home, await readPicture(page)) > 0.05);
   assert.deepEqual(mock.views.at(-1)?.["range"], [130, 250]);
-  await page.focus("#range-hi");
+  await page.focus(partOf(0, ".thumb.hi"));
   await changeAndSettle(page, () => page.keyboard.press("ArrowLeft"));
   assert.deepEqual(mock.views.at(-1)?.["range"], [130, 249]);
   const count = mock.views.length;
-  await page.fill("#range-lo-value", "300");
+  await page.fill(partOf(0, ".value-lo"), "300");
   await page.keyboard.press("Enter");
-  assert.match(await page.innerText("#range-fault"), /must not be above/);
-  await page.fill("#range-lo-value", "many");
+  assert.match(await page.innerText(partOf(0, ".fault")), /must not be above/);
+  await page.fill(partOf(0, ".value-lo"), "many");
   await page.keyboard.press("Enter");
-  assert.match(await page.innerText("#range-fault"), /number/);
+  assert.match(await page.innerText(partOf(0, ".fault")), /number/);
   await screenshot(page, "range-fault");
   assert.equal(mock.views.length, count, "a bound that is refused is not sent");
-  await page.fill("#range-lo-value", "42");
+  await page.fill(partOf(0, ".value-lo"), "42");
   await changeAndSettle(page, () => page.keyboard.press("Enter"));
   assert.deepEqual(mock.views.at(-1)?.["range"], [42, 249]);
-  assert.equal(await page.locator("#range-fault").isVisible(), false);
+  assert.equal(await page.locator(partOf(0, ".fault")).isVisible(), false);
 }));
 
 test("mode, extinction and background are sent, and stand in the address", () => run({}, async ({ page, mock }) => {
@@ -172,9 +173,82 @@ test("the address restores the view", () => run({ hash: "#volume=fossil&eye=48,4
   await waitForFinal(page);
   const { eye, range, mode } = mock.views[0] ?? {};
   assert.deepEqual({ eye, range, mode }, { eye: [48, 40, 300], range: [77, 200], mode: "blocks" });
-  assert.equal(await page.inputValue("#range-lo-value"), "77");
+  assert.equal(await page.inputValue(partOf(0, ".value-lo")), "77");
   assert.equal(await page.isChecked("input[value=blocks]"), true);
   assert.equal((await readAddress(page)).get("eye"), "48,40,300");
+}));
+
+test("of several channels each has a row: drawn or not, colour, name and range", () => run({ volumes: kCells }, async ({ page, mock }) => {
+  await waitForFinal(page);
+  const { channels, range, tf } = mock.views[0] ?? {};
+  assert.deepEqual({ channels, range, tf }, { channels: [0, 1, 2], range: [[10, 250], [1010, 1250], [2010, 2250]], tf: undefined });
+  assert.deepEqual(await page.locator(".channel-name").allInnerTexts(), ["nuclei", "membranes", "Channel 3"]);
+  const swatches = await page.locator(".channel-swatch").evaluateAll((all) => all.map((swatch) => getComputedStyle(swatch).backgroundColor));
+  assert.deepEqual(swatches, ["rgb(0, 255, 0)", "rgb(255, 0, 255)", "rgb(0, 255, 255)"]);
+  assert.equal(await page.locator("#preset").isVisible(), false, "each channel has its own colours");
+  await screenshot(page, "channels");
+  await changeAndSettle(page, () => dragThumb(page, "lo", 0.5, 1));
+  assert.deepEqual(mock.views.at(-1)?.["range"], [[10, 250], [1130, 1250], [2010, 2250]]);
+  assert.equal(await page.inputValue(partOf(1, ".value-lo")), "1130");
+  assert.equal(await page.inputValue(partOf(0, ".value-lo")), "10");
+  await page.fill(partOf(2, ".value-hi"), "none");
+  await page.keyboard.press("Enter");
+  assert.deepEqual(await page.locator(".fault").evaluateAll((all) => all.map((fault) => fault.checkVisibility())), [false, false, true]);
+  assert.equal((await readAddress(page)).get("range"), "10:250;1130:1250;2010:2250");
+  assert.equal((await readAddress(page)).has("channels"), false);
+}));
+
+test("channels are switched off and on, but never the last", () => run({ volumes: kCells }, async ({ page, mock }) => {
+  await waitForFinal(page);
+  const all = await readPicture(page);
+  const check = (channel: number) => page.locator(partOf(channel, "input[type=checkbox]"));
+  await changeAndSettle(page, () => page.check("input[value=iso]"));
+  assert.equal(await page.innerText("#iso-title"), "Surface value of nuclei");
+  await changeAndSettle(page, () => page.locator("#iso").fill("250"));
+  await changeAndSettle(page, () => check(0).uncheck());
+  const { channels, iso } = mock.views.at(-1) ?? {};
+  assert.deepEqual({ channels, iso }, { channels: [1, 2], iso: "auto" }, "a value of the nuclei is none of the membranes");
+  assert.equal(await page.innerText("#iso-title"), "Surface value of membranes");
+  assert.equal(await page.innerText("#iso-value"), "1130");
+  assert.ok(difference(all, await readPicture(page)) > 0.05);
+  await changeAndSettle(page, () => check(2).uncheck());
+  assert.deepEqual([await check(0).isEnabled(), await check(1).isEnabled()], [true, false]);
+  const count = mock.views.length;
+  await page.locator(partOf(1, ".channel-head")).click({ force: true });
+  await page.waitForTimeout(200);
+  assert.deepEqual([await check(1).isChecked(), mock.views.length], [true, count]);
+  assert.equal((await readAddress(page)).get("channels"), "1");
+  const link = new URL(await page.locator("#save-link").evaluate((save) => (save as HTMLAnchorElement).href));
+  assert.deepEqual([link.searchParams.get("channels"), link.searchParams.get("range")], ["1", "10:250;1010:1250;2010:2250"]);
+  await changeAndSettle(page, () => check(2).check());
+  assert.deepEqual([mock.views.at(-1)?.["channels"], await check(1).isEnabled()], [[1, 2], true]);
+}));
+
+test("the address restores channels, and says what the volume has not", () => run({ volumes: kCells, hash: "#volume=cells&channels=2,0&range=;1100:1200&tf=viridis" }, async ({ page, mock }) => {
+  await waitForFinal(page);
+  const { channels, range, tf } = mock.views[0] ?? {};
+  assert.deepEqual({ channels, range, tf }, { channels: [0, 2], range: [[10, 250], [1100, 1200], [2010, 2250]], tf: undefined });
+  assert.match(await page.innerText(".toast"), /tf: viridis/);
+  await page.click(".toast button");
+  await page.evaluate(() => { location.hash = "#volume=cells&channels=3"; });
+  await page.waitForSelector(".toast:has-text('3 channels, from 0')");
+  await changeAndSettle(page, () => page.evaluate(() => { location.hash = "#volume=cells&channels=all"; }));
+  assert.deepEqual(mock.views.at(-1)?.["channels"], [0, 1, 2]);
+}));
+
+test("the rows of channels fit a phone", () => run({ volumes: kCells, phone: true }, async ({ page }) => {
+  await waitForFinal(page);
+  await page.tap("#sheet-handle");
+  await page.waitForTimeout(350);
+  await screenshot(page, "phone-channels");
+  for (const selector of [".channel-head", ".range-track", ".range-values"]) {
+    const boxes = await page.locator(selector).evaluateAll((all) => all.map((box) => box.getBoundingClientRect()).map(({ left, right }) => ({ left, right })));
+    assert.equal(boxes.length, 3);
+    for (const box of boxes) assert.deepEqual(box, boxes[0], `${selector}: rows are aligned`);
+    assert.ok(boxes[0] && boxes[0].left >= 0 && boxes[0].right <= 390, selector);
+  }
+  const head = await page.locator(".channel-head").first().boundingBox();
+  assert.ok(head && head.height >= 44, "a finger hits it");
 }));
 
 test("what the address gets wrong is said, and the rest is shown", () => run({ hash: "#volume=fossil&range=9:3" }, async ({ page }) => {
@@ -184,7 +258,7 @@ test("what the address gets wrong is said, and the rest is shown", () => run({ h
 
 test("a server that goes and comes back gets the whole view again", () => run({}, async ({ page, mock, port }) => {
   await waitForFinal(page);
-  await changeAndSettle(page, () => dragThumb(page, "range-lo", 0.25));
+  await changeAndSettle(page, () => dragThumb(page, "lo", 0.25));
   const picture = await readPicture(page);
   await mock.stop();
   await page.waitForSelector("#overlay:has-text('Reconnecting')");

@@ -89,13 +89,28 @@ test("a volume's broken member is named", () => {
   assert.throws(() => parseVolumeInfo({ ...volume, default_view: { ...volume.default_view, eye: ["0", 0, 0] } }), faultAt("volume.default_view.eye"));
 });
 
-test("of several channels the page's range is the first one's", () => {
-  const volume = sampleVolume("a", "u16");
-  const ranged = (range: unknown) => ({ ...volume, default_view: { ...volume.default_view, range } });
-  assert.deepEqual(parseVolumeInfo(ranged([[5, 90], [1, 2]])).defaultView.range, [5, 90]);
-  assert.deepEqual(parseVolumeInfo(ranged([5, 90])).defaultView.range, [5, 90]);
-  for (const range of [[[5], [1, 2]], [5], [], [null, [1, 2]]]) {
-    assert.throws(() => parseVolumeInfo(ranged(range)), faultAt("volume.default_view.range"));
+test("each channel has its name, range and colour", () => {
+  const parsed = parseVolumeInfo(sampleVolume("a", "u16", ["nuclei", ""]));
+  assert.deepEqual(parsed.channels.map(({ name, colour, defaultRange, densityRange }) => ({ name, colour, defaultRange, densityRange })), [
+    { name: "nuclei", colour: "00ff00", defaultRange: [10, 250], densityRange: [10, 250] },
+    { name: "Channel 2", colour: "ff00ff", defaultRange: [1010, 1250], densityRange: [1010, 1250] },
+  ]);
+  assert.equal(parseVolumeInfo(sampleVolume("a", "u8")).channels[0]?.colour, "00ff00");
+  assert.equal(parseVolumeInfo(sampleVolume("a", "rgba8")).channels[0]?.colour, null);
+});
+
+test("a channel's broken member is named", () => {
+  for (const names of [["one"], ["one", "two"]]) {
+    const volume = sampleVolume("a", "u16", names);
+    const viewed = (member: object) => ({ ...volume, default_view: { ...volume.default_view, ...member } });
+    for (const range of [[[5], [1, 2]], [5], [], [null, [1, 2]], [[1, 2]], undefined]) {
+      assert.throws(() => parseVolumeInfo(viewed({ range })), faultAt("volume.default_view.range"));
+    }
+    for (const tf of ["1:00ff00", ["1:00ff00:1"], [null, "1:00ff00:1"], ["viridis", "1:00ff00:1"], 3]) {
+      assert.throws(() => parseVolumeInfo(viewed({ tf })), faultAt("volume.default_view.tf"), JSON.stringify(tf));
+    }
+    assert.throws(() => parseVolumeInfo({ ...volume, channels: [] }), faultAt("volume.channels"));
+    assert.throws(() => parseVolumeInfo({ ...volume, channels: volume.channels.map((c) => ({ ...c, name: 3 })) }), faultAt("volume.channels[0].name"));
   }
 });
 

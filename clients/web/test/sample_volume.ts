@@ -1,8 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
 // A volume's description as the server writes it.
 
-export function sampleVolume(id: string, type: string) {
+const kRange = [10, 250];
+const kHistogram = { lo: 10, hi: 250, counts: Array.from({ length: 256 }, (_, i) => Math.round(9000 * Math.exp(-(((i - 70) / 22) ** 2)) + 500 * Math.exp(-(((i - 190) / 30) ** 2)))) };
+const kColours = ["00ff00", "ff00ff", "00ffff", "ffff00"];
+
+// A channel for each name; channel n has all values n times 1000 higher than the first.
+export function sampleVolume(id: string, type: string, names: readonly string[] = [""]) {
+  const channels = names.map((name, n) => ({
+    name,
+    value_scale: 1,
+    value_offset: 0,
+    empty_threshold: 0,
+    density_range: kRange.map((bound) => bound + 1000 * n),
+    histogram: { lo: 10 + 1000 * n, hi: 250 + 1000 * n, counts: kHistogram.counts },
+    nonempty_share: 0.31,
+  }));
+  const own = { range: channels.map((channel) => channel.density_range), tf: names.map((_, n) => `${1000 * n}:000000:0,${1000 * n + 255}:${kColours[n]}:0.4`) };
   return {
+    ...channels[0],
     id,
     name: `${id} of the mock`,
     type,
@@ -11,17 +27,15 @@ export function sampleVolume(id: string, type: string) {
     world_from_index: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 2, 0]],
     world_box: [0, 0, 0, 96, 80, 128],
     unit_distance: 1,
-    value_scale: 1,
-    value_offset: 0,
-    empty_threshold: 0,
-    density_range: [10, 250],
-    histogram: { lo: 10, hi: 250, counts: Array.from({ length: 256 }, (_, i) => Math.round(9000 * Math.exp(-(((i - 70) / 22) ** 2)) + 500 * Math.exp(-(((i - 190) / 30) ** 2)))) },
     levels: [{ level: 0, dims: [96, 80, 64], blocks: 12, subblocks: 700, stored_bytes: 1433600 }],
     stored_bytes: 1433600,
     dense_bytes: 1966080,
     file_bytes: 1500000,
-    nonempty_share: 0.31,
     source: "mock",
-    default_view: { eye: [248, 200, 304], target: [48, 40, 64], up: [0, 1, 0], fov: 40, range: [10, 250] },
+    channels,
+    default_view: {
+      eye: [248, 200, 304], target: [48, 40, 64], up: [0, 1, 0], fov: 40,
+      ...(names.length > 1 ? own : { range: own.range[0], ...(type !== "rgba8" && { tf: own.tf[0] }) }),
+    },
   };
 }

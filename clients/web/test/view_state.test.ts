@@ -5,17 +5,20 @@ import { histogramPath, positionOf, valueAt, valueScale } from "../src/histogram
 import { Meter } from "../src/meter";
 import { noticeFor } from "../src/notice";
 import { formatFragment, imageQuery, parseFragment } from "../src/url_state";
-import { changedMembers, initialView, pictureSize } from "../src/view_state";
+import { changedMembers, fitted, initialView, pictureSize, withDrawn, withRange } from "../src/view_state";
 import { parseVolumeInfo, parseVolumeList } from "../src/volume_info";
 import { sampleVolume } from "./sample_volume";
 
 const kVolume = parseVolumeInfo(sampleVolume("fossil", "rgba8"));
+const kHistogram = { lo: 10, hi: 250, counts: [0, 3, 900, 40, 0, 1] };
 const kView = initialView(kVolume, [800, 600], {});
+const kCells = parseVolumeInfo(sampleVolume("cells", "u16", ["a", "b", "c"]));
+const kCellsView = initialView(kCells, [800, 600], {});
 
 test("a first message has the whole view, a later one only what changed", () => {
   const whole = changedMembers(null, kView, true);
   assert.deepEqual(Object.keys(whole), ["size", "eye", "target", "up", "fov", "range", "mode", "iso", "filter", "lit", "extinction", "background"]);
-  assert.deepEqual(changedMembers(kView, { ...kView, range: [20, 250] }, true), { range: [20, 250] });
+  assert.deepEqual(changedMembers(kView, { ...kView, ranges: [[20, 250]] }, true), { range: [20, 250] });
   const moved = { ...kView, camera: { ...kView.camera, eye: [1, 2, 3] as const } };
   assert.deepEqual(changedMembers(kView, moved, true), { eye: [1, 2, 3] });
   assert.deepEqual(changedMembers(kView, { ...kView }, true), {});
@@ -42,12 +45,65 @@ test("the picture is in device pixels, within four million and 8192 a side", () 
 test("the address gives back the view", () => {
   const view = initialView(kVolume, [800, 600], {
     camera: { eye: [1.25, -2.5, 1e-7], target: [0, 0.5, 100000], up: [0, 1, 0] },
-    range: [10.123456789012, 200], mode: "first-hit", extinction: 0.75, background: "1c232b", iso: -3.25, filter: "linear", lit: true,
+    ranges: [[10.123456789012, 200]], mode: "first-hit", extinction: 0.75, background: "1c232b", iso: -3.25, filter: "linear", lit: true,
   });
   const { volume, overrides, faults } = parseFragment(formatFragment("a b&c", view, true));
   assert.equal(volume, "a b&c");
   assert.deepEqual(faults, []);
-  assert.deepEqual(initialView(kVolume, [800, 600], overrides), view);
+  assert.deepEqual(initialView(kVolume, [800, 600], fitted(kVolume, overrides).change), view);
+});
+
+test("of several channels ranges go together, and the drawn ones by number", () => {
+  const whole = changedMembers(null, kCellsView, false);
+  assert.deepEqual(whole.channels, [0, 1, 2]);
+  assert.deepEqual(whole.range, [[10, 250], [1010, 1250], [2010, 2250]]);
+  assert.equal("tf" in whole, false);
+  const ranged = { ...kCellsView, ...withRange(kCellsView, 1, [1020, 1030]) };
+  assert.deepEqual(changedMembers(kCellsView, ranged, false), { range: [[10, 250], [1020, 1030], [2010, 2250]] });
+  const without = { ...kCellsView, ...withDrawn(kCellsView, 1, false) };
+  assert.deepEqual(changedMembers(kCellsView, without, false), { channels: [0, 2] });
+  assert.deepEqual(withDrawn(without, 1, true), { drawn: [0, 1, 2] });
+});
+
+test("the last channel stays, and a surface's value with its channel", () => {
+  const surface = { ...kCellsView, iso: 42 };
+  assert.deepEqual(withDrawn(surface, 2, false), { drawn: [0, 1] });
+  assert.deepEqual(withDrawn(surface, 0, false), { drawn: [1, 2], iso: null });
+  assert.deepEqual(withDrawn({ ...surface, drawn: [1] }, 1, false), {});
+  assert.deepEqual(withDrawn({ ...surface, drawn: [1] }, 0, true), { drawn: [0, 1], iso: null });
+});
+
+test("the address gives back the view of several channels", () => {
+  for (const drawn of [[0, 1, 2], [0, 2], [1]]) {
+    const view = initialView(kCells, [800, 600], { drawn, ranges: [[10.123456789012, 200], [-3, 1e9], [2010, 2250]] });
+    const fragment = formatFragment("cells", view, false);
+    assert.match(fragment, drawn.length === 3 ? /^((?!channels=).)*$/ : new RegExp(`&channels=${drawn.join(",")}&`));
+    const { change, faults } = fitted(kCells, parseFragment(fragment).overrides);
+    assert.deepEqual(faults, []);
+    assert.deepEqual(initialView(kCells, [800, 600], change), view);
+  }
+  assert.doesNotMatch(formatFragment("cells", { ...kCellsView, tf: "viridis" }, false), /tf=/);
+});
+
+test("what the address leaves out of the channels is their own", () => {
+  const change = (fragment: string) => fitted(kCells, parseFragment(fragment).overrides).change;
+  assert.deepEqual(change("range=;1020:1030"), { ranges: [[10, 250], [1020, 1030], [2010, 2250]] });
+  assert.deepEqual(change("range=20:30"), { ranges: [[20, 30], [1010, 1250], [2010, 2250]] });
+  assert.deepEqual(change("range=auto;auto;7:8"), { ranges: [[10, 250], [1010, 1250], [7, 8]] });
+  assert.deepEqual(change("channels=2,0"), { drawn: [0, 2] });
+  assert.deepEqual(change("channels=all"), { drawn: [0, 1, 2] });
+});
+
+test("what the volume has not is named and left out", () => {
+  for (const [volume, fragment, field] of [
+    [kCells, "range=1:2;1:2;1:2;1:2", "range"], [kVolume, "range=1:2;1:2", "range"], [kCells, "channels=0,3", "channels"],
+    [kVolume, "channels=1", "channels"], [kCells, "tf=viridis", "tf"],
+  ] as const) {
+    const { change, faults } = fitted(volume, parseFragment(fragment).overrides);
+    assert.deepEqual(change, {}, fragment);
+    assert.ok(faults.length === 1 && faults[0]?.startsWith(`${field}:`), `${fragment}: ${faults.join()}`);
+  }
+  assert.deepEqual(fitted(kVolume, { tf: "viridis", mode: "mip" }), { change: { tf: "viridis", mode: "mip" }, faults: [] });
 });
 
 test("a scalar volume's colours stand in the address", () => {
@@ -65,7 +121,8 @@ test("an empty address asks for nothing", () => {
 test("what the address gets wrong is named and left out", () => {
   for (const [fragment, field] of [
     ["eye=1,2&target=0,0,0&up=0,1,0", "eye"], ["eye=1,2,x&target=0,0,0&up=0,1,0", "eye"], ["range=9:3", "range"],
-    ["range=,3", "range"], ["range=NaN:3", "range"], ["range=1:Infinity", "range"], ["mode=xray", "mode"], ["filter=cubic", "filter"], ["lit=1", "lit"], ["tf=jet", "tf"], ["iso=", "iso"],
+    ["range=,3", "range"], ["range=NaN:3", "range"], ["range=1:Infinity", "range"], ["range=1:2;x", "range"], ["range=", "range"],
+    ["channels=", "channels"], ["channels=0,0", "channels"], ["channels=0,", "channels"], ["channels=-1", "channels"], ["channels=0.5", "channels"], ["mode=xray", "mode"], ["filter=cubic", "filter"], ["lit=1", "lit"], ["tf=jet", "tf"], ["iso=", "iso"],
     ["extinction=-1", "extinction"], ["extinction=", "extinction"], ["background=red", "background"],
     ["eye=0,0,0&target=0,0,0&up=0,1,0", "eye"], ["eye=0,4,0&target=0,0,0&up=0,1,0", "eye"],
   ] as const) {
@@ -96,7 +153,7 @@ test("slider positions and values agree, and the ends are exact", () => {
 
 test("the histogram stays in its box", () => {
   for (const range of [[10, 250], [100, 120], [10, 10]] as const) {
-    const path = histogramPath(kVolume.histogram, valueScale(range, 1));
+    const path = histogramPath(kHistogram, valueScale(range, 1));
     for (const number of path.match(/-?[\d.]+/g) ?? []) assert.ok(Number(number) >= 0 && Number(number) <= 1, number);
   }
   const single = histogramPath({ lo: 7, hi: 7, counts: [0, 12, 0] }, valueScale([7, 7], 1));
