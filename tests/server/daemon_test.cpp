@@ -24,6 +24,7 @@ class Process {
     EXPECT_EQ(pipe(pipe_ends.data()), 0);
     arguments.insert(arguments.begin(), kDaemon);
     std::vector<char*> pointers;
+    pointers.reserve(arguments.size() + 1);
     for (std::string& argument : arguments) pointers.push_back(argument.data());
     pointers.push_back(nullptr);
     id_ = fork();
