@@ -16,15 +16,6 @@ namespace {
 
 using testing::HasSubstr;
 
-std::string messageOf(const std::filesystem::path& path) {
-  try {
-    readContents(path);
-  } catch (const DataError& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 template <typename T>
 T valueAt(const std::string& bytes, std::size_t offset) {
   T value;

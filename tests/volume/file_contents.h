@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "volume/error.h"
 #include "volume/file.h"
 
 namespace blockwalk::volume_test {
@@ -107,6 +108,16 @@ inline std::string readContents(const std::filesystem::path& path) {
     out.append(reinterpret_cast<const char*>(voxels.data()), voxels.size());
   }
   return out;
+}
+
+// What reading the file complains of, or "no error".
+inline std::string messageOf(const std::filesystem::path& path) {
+  try {
+    readContents(path);
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "no error";
 }
 
 }  // namespace blockwalk::volume_test

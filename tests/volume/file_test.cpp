@@ -21,15 +21,6 @@ namespace {
 
 using testing::HasSubstr;
 
-std::string messageOf(const std::filesystem::path& path) {
-  try {
-    readContents(path);
-  } catch (const DataError& error) {
-    return error.what();
-  }
-  return "no error";
-}
-
 // A file of several levels and about 30 KiB.
 std::string smallFile(const ScratchFolder& folder, VoxelType type = VoxelType::u8) {
   MemorySource source = randomSource(type, {41, 23, 19}, 31);
