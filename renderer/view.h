@@ -139,8 +139,8 @@ View resolveView(const View& view, const VolumeInfo& info);
 Camera makeCamera(const View& resolved);
 
 // The points of a preset for a channel; automatic: from the histogram, transparent below the body of the data, above it
-// a warm ramp or, of several channels, one from black to the channel's colour. The colour maps run over the body of the
-// data. Throws ViewError for a CT preset where the channel's values cannot be Hounsfield units.
+// a warm ramp or, of several channels, one from dark to full in the channel's colour. The colour maps run over the body
+// of the data. Throws ViewError for a CT preset where the channel's values cannot be Hounsfield units.
 std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info, std::size_t number);
 
 }  // namespace blockwalk

@@ -116,7 +116,7 @@ TEST(Plan, ChannelsHaveColoursOfTheirOwn) {
   }
   const View resolved = resolveView({}, info);
   EXPECT_EQ(resolved.drawn, (std::vector<int>{0, 1}));
-  EXPECT_EQ(resolved.channels[0].transfer.front().color, glm::dvec3(0));
+  EXPECT_EQ(resolved.channels[0].transfer.front().color, glm::dvec3(0, 89 / 255.0, 0)) << "thin and yet to be seen";
   EXPECT_EQ(resolved.channels[0].transfer.back().color, glm::dvec3(0, 1, 0));
   EXPECT_EQ(resolved.channels[1].transfer.back().color, glm::dvec3(1, 0, 1));
   View one;

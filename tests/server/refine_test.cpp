@@ -112,10 +112,8 @@ TEST(Refine, ANewViewCancelsTheStepUnderWay) {
   const int started = server.control().started;
   client.sendText(R"({"type":"ack","id":1})");
   EXPECT_TRUE(eventually([&] { return server.control().started > started; }));
-  const auto begin = std::chrono::steady_clock::now();
   client.sendText(view(2, R"("fov":30)"));
-  EXPECT_EQ(client.readFrame()["id"], 2);
-  EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(3500));
+  EXPECT_EQ(client.readFrame(false)["id"], 2);  // unacknowledged, so that its own steps wait
   EXPECT_EQ(server.control().cancelled, 1);
   EXPECT_EQ(server.control().takenSteps().back().end, 4);
 }
