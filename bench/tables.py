@@ -34,7 +34,66 @@ def kernels(result):
                f"| {parts(resident)} | {parts(left_out)} |")
 
 
-TABLES = {"kernels": kernels}
+def row(*cells):
+    return "| " + " | ".join(str(cell) for cell in cells) + " |"
+
+
+def head(*cells):
+    yield row(*cells)
+    yield "|" + "---|" * len(cells)
+
+
+def knobs(scenes):
+    """Device time and error of every value of every knob, a column a scene."""
+    yield from head("knob", "value", *(f"{scene['name']} ({scene['type']}): ms, RMSE, largest" for scene in scenes))
+    values = dict.fromkeys((run["knob"], run["value"]) for scene in scenes for run in scene["runs"])
+    order = {knob: place for place, knob in enumerate(dict.fromkeys(knob for knob, _ in values))}
+    for knob, value in sorted(values, key=lambda key: order[key[0]]):
+        cells = []
+        default = False
+        for scene in scenes:
+            run = next((r for r in scene["runs"] if (r["knob"], r["value"]) == (knob, value)), None)
+            default = default or (run is not None and run["default"])
+            cells.append("" if run is None else f"{run['ms']:.1f}, {run['rmse']:.3g}, {run['max']:.3g}")
+        yield row(knob, f"**{value}**" if default else value, *cells)
+
+
+def rivals(scenes):
+    """What is at least as good as the default picture in both time and error, of the knobs that have its truth."""
+    yield from head("scene", "default: ms, RMSE, PSNR, SSIM", "no slower and no worse")
+    for scene in scenes:
+        default = next(run for run in scene["runs"] if run["knob"] == "step" and run["default"])
+        better = [run for run in scene["runs"] if run["truth"] == "centre" and "bytes" not in run
+                  and not run["default"] and run["ms"] <= default["ms"] and run["rmse"] <= default["rmse"]]
+        yield row(scene["name"],
+                  f"{default['ms']:.1f}, {default['rmse']:.3g}, {default['psnr']:.1f} dB, {default['ssim']:.5f}",
+                  "; ".join(f"{run['knob']} {run['value']}: {run['ms']:.1f}, {run['rmse']:.3g}" for run in better)
+                  or "nothing")
+
+
+def budget(scenes):
+    yield from head("source", "what is compared", *(f"{scene['name']}: RMSE, largest" for scene in scenes))
+    for number, part in enumerate(scenes[0]["budget"]):
+        parts = [scene["budget"][number] for scene in scenes]
+        yield row(part["source"], part["how"], *(f"{p['rmse']:.3g}, {p['max']:.3g}" for p in parts))
+
+
+def orders(scenes):
+    steps = scenes[0]["orders"][0]["orders"]
+    yield from head("scene", "picture", "RMSE at step 1/2", *(f"{o['from']:g} to {o['to']:g}" for o in steps))
+    for scene in scenes:
+        for look in scene["orders"]:
+            at_half = next(step["rmse"] for step in look["steps"] if step["step"] == 0.5)
+            yield row(scene["name"], look["look"], f"{at_half:.3g}", *(f"{o['order']:.2f}" for o in look["orders"]))
+
+
+def error(result):
+    for table in (rivals, budget, orders, knobs):
+        yield from table(result["scenes"])
+        yield ""
+
+
+TABLES = {"error": error, "kernels": kernels}
 
 
 def main():

@@ -20,6 +20,7 @@ function(add_room_test room)
     set(sanitizer_properties ENVIRONMENT ASAN_OPTIONS=detect_leaks=0)
   endif()
   target_link_libraries(test_${room} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main)
+  target_precompile_headers(test_${room} PRIVATE ${precompiled_tests})
   target_compile_definitions(test_${room} PRIVATE BLOCKWALK_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}"
     BLOCKWALK_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}")
   if(ARG_WHOLE)

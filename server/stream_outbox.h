@@ -20,7 +20,8 @@
 
 namespace blockwalk {
 
-using WebSocket = boost::beast::websocket::stream<WireStream>;
+// Frames are compressed already: without deflate.
+using WebSocket = boost::beast::websocket::stream<WireStream, false>;
 
 struct OutFrame {
   std::vector<std::byte> message;

@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
-#include <turbojpeg.h>
-#include <webp/decode.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "bench/experiments/codec_trip.h"
+#include "bench/experiments/error_budget.h"
 #include "bench/experiments/experiments.h"
 #include "bench/experiments/image_error.h"
 #include "bench/experiments/record.h"
 #include "bench/experiments/scene_files.h"
-#include "protocol/image_codec.h"
 #include "tests/reference/converged.h"
 #include "tests/reference/pixel_mean.h"
 
@@ -122,44 +120,10 @@ std::vector<std::uint32_t> enlarged(const std::vector<std::uint32_t>& pixels, in
   return result;
 }
 
-std::vector<std::uint32_t> decodedJpeg(const Frame& frame, const std::vector<std::byte>& file) {
-  std::vector<std::uint32_t> pixels(frame.pixels.size());
-  const tjhandle decoder = tjInitDecompress();
-  const int result = tjDecompress2(
-      decoder, reinterpret_cast<const unsigned char*>(file.data()), static_cast<unsigned long>(file.size()),
-      reinterpret_cast<unsigned char*>(pixels.data()), frame.width, 0, frame.height, TJPF_RGBA, TJFLAG_ACCURATEDCT);
-  tjDestroy(decoder);
-  if (result != 0) throw DataError("the JPEG that was written cannot be read");
-  return pixels;
-}
-
-std::vector<std::uint32_t> decodedWebp(const Frame& frame, const std::vector<std::byte>& file) {
-  std::vector<std::uint32_t> pixels(frame.pixels.size());
-  const auto* decoded =
-      WebPDecodeRGBAInto(reinterpret_cast<const std::uint8_t*>(file.data()), file.size(),
-                         reinterpret_cast<std::uint8_t*>(pixels.data()), 4 * pixels.size(), 4 * frame.width);
-  if (decoded == nullptr) throw DataError("the WebP that was written cannot be read");
-  return pixels;
-}
-
-// Encodes and decodes; adds what that took and the bytes to `run`. The time is the median of as many as the frame's.
-void throughCodec(const Setting& setting, int repeats, Frame& frame, json& run) {
-  std::vector<std::byte> file;
-  std::vector<double> times;
-  for (int i = 0; i < repeats; ++i) {
-    const auto begin = std::chrono::steady_clock::now();
-    file = encodeImage(frame, setting.codec, setting.quality);
-    times.push_back(std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
-  }
-  run["encode_ms"] = median(times);
-  run["bytes"] = file.size();
-  frame.pixels = setting.codec == ImageFormat::webp ? decodedWebp(frame, file) : decodedJpeg(frame, file);
-}
-
 struct Truths {
-  reference::Image centre;
-  reference::Image pixel;
-  const reference::Image& of(Truth truth) const { return truth == Truth::pixel ? pixel : centre; }
+  ColorImage centre;
+  ColorImage pixel;
+  const ColorImage& of(Truth truth) const { return truth == Truth::pixel ? pixel : centre; }
 };
 
 json measure(Renderer& renderer, ResidentVolume& volume, const Setting& setting, const Truths& truths, int repeats) {
@@ -178,29 +142,20 @@ json measure(Renderer& renderer, ResidentVolume& volume, const Setting& setting,
   if (setting.scale > 1) {
     frame.pixels = enlarged(frame.pixels, view.width, view.height, setting.view.width, setting.view.height);
   }
-  if (setting.quality > 0) throughCodec(setting, repeats, frame, run);
+  if (setting.quality > 0) {
+    CodecTrip trip = throughCodec(frame, setting.codec, setting.quality, repeats);
+    run["encode_ms"] = trip.encode_ms;
+    run["bytes"] = trip.bytes;
+    frame.pixels = std::move(trip.pixels);
+  }
   run["truth"] = setting.truth == Truth::pixel ? "pixel" : "centre";
-  const ImageError error = imageError(frame.pixels, truths.of(setting.truth));
+  const ImageError error =
+      imageError(colorsOf(frame.pixels, setting.view.width, setting.view.height), truths.of(setting.truth));
   run["rmse"] = error.rmse;
   run["max"] = error.largest;
   run["psnr"] = error.psnr;
   run["ssim"] = error.ssim;
   return run;
-}
-
-// log2 of how much the error falls from each step to its half, where 8-bit output does not yet hide it.
-json observedOrders(const json& runs, std::string_view knob) {
-  json orders = json::array();
-  const json* previous = nullptr;
-  for (const json& run : runs) {
-    if (run["knob"] != knob) continue;
-    if (previous != nullptr) {
-      const double ratio = (*previous)["rmse"].get<double>() / run["rmse"].get<double>();
-      orders.push_back({{"from", (*previous)["value"]}, {"to", run["value"]}, {"order", std::log2(ratio)}});
-    }
-    previous = &run;
-  }
-  return orders;
 }
 
 }  // namespace
@@ -218,19 +173,20 @@ json runErrorExperiment(const ExperimentOptions& options) {
     const View base = defaultLook(options, file.info());
     say("integrating the truth");
     const reference::DenseVolume dense = reference::volumeFromFile(file, 0);
-    Truths truths{.centre = reference::renderImageConverged(dense, base), .pixel = {}};
+    Truths truths{.centre = colorsOf(reference::renderImageConverged(dense, base)), .pixel = {}};
     say("integrating its mean over the pixels");
-    truths.pixel = reference::renderImageMean(dense, base);
+    truths.pixel = colorsOf(reference::renderImageMean(dense, base));
     const auto volume = renderer->load(VolumeFile(scene.path));
     json runs = json::array();
     for (const Setting& setting : settingsFor(base, file.info())) {
       say(setting.knob + " " + setting.value);
       runs.push_back(measure(*renderer, *volume, setting, truths, options.samples));
     }
+    say("orders of convergence, and the budget");
     result["scenes"].push_back({{"name", scene.name},
                                 {"type", voxelTypeName(file.info().type)},
-                                {"order", observedOrders(runs, "step")},
-                                {"order pre-integrated", observedOrders(runs, "pre-integrated step")},
+                                {"orders", convergenceOrders(dense, base, truths.centre)},
+                                {"budget", errorBudget(*renderer, *volume, dense, base, truths.centre)},
                                 {"runs", std::move(runs)}});
   }
   return result;

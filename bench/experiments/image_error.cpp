@@ -2,9 +2,7 @@
 #include "bench/experiments/image_error.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <vector>
 
 #include "volume/error.h"
 
@@ -15,9 +13,7 @@ constexpr int kWindow = 11;
 constexpr int kReach = kWindow / 2;
 constexpr double kSigma = 1.5;
 
-double channelOf(std::uint32_t pixel, int channel) { return static_cast<double>(pixel >> (8 * channel) & 255u); }
-
-double luma(double r, double g, double b) { return 0.2126 * r + 0.7152 * g + 0.0722 * b; }
+double luma(const std::array<double, 3>& color) { return 0.2126 * color[0] + 0.7152 * color[1] + 0.0722 * color[2]; }
 
 struct Plane {
   int width = 0;
@@ -71,30 +67,56 @@ double structuralSimilarity(const Plane& a, const Plane& b) {
   return sum / (static_cast<double>(a.width) * a.height);
 }
 
+Plane lumaOf(const ColorImage& image) {
+  Plane plane{.width = image.width, .height = image.height, .values = {}};
+  plane.values.reserve(image.pixels.size());
+  for (const auto& color : image.pixels) plane.values.push_back(luma(color));
+  return plane;
+}
+
 }  // namespace
 
-ImageError imageError(std::span<const std::uint32_t> pixels, const reference::Image& truth) {
-  BLOCKWALK_CHECK(pixels.size(), ==, truth.pixels.size());
+ColorImage colorsOf(std::span<const std::uint32_t> pixels, int width, int height) {
+  ColorImage image{.width = width, .height = height};
+  image.pixels.reserve(pixels.size());
+  for (const std::uint32_t pixel : pixels) {
+    const auto channel = [&](int shift) { return static_cast<double>(pixel >> shift & 255u); };
+    image.pixels.push_back({channel(0), channel(8), channel(16)});
+  }
+  return image;
+}
+
+ColorImage colorsOf(const reference::Image& image) {
+  ColorImage colors{.width = image.width, .height = image.height};
+  colors.pixels.reserve(image.pixels.size());
+  for (const reference::Pixel& pixel : image.pixels) {
+    colors.pixels.push_back({255 * pixel.color.r, 255 * pixel.color.g, 255 * pixel.color.b});
+  }
+  return colors;
+}
+
+ColorImage roundedColors(const ColorImage& image) {
+  ColorImage rounded = image;
+  for (auto& color : rounded.pixels) {
+    for (double& channel : color) channel = std::round(channel);
+  }
+  return rounded;
+}
+
+ImageError imageError(const ColorImage& image, const ColorImage& truth) {
+  BLOCKWALK_CHECK(image.pixels.size(), ==, truth.pixels.size());
   ImageError error;
-  Plane ours{.width = truth.width, .height = truth.height, .values = {}};
-  Plane theirs = ours;
   double squared = 0;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    std::array<double, 3> a{}, b{};
-    for (int c = 0; c < 3; ++c) {
-      const auto channel = static_cast<std::size_t>(c);
-      a[channel] = channelOf(pixels[i], c);
-      b[channel] = 255 * truth.pixels[i].color[c];
-      const double difference = std::abs(a[channel] - b[channel]);
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      const double difference = std::abs(image.pixels[i][c] - truth.pixels[i][c]);
       squared += difference * difference;
       error.largest = std::max(error.largest, difference);
     }
-    ours.values.push_back(luma(a[0], a[1], a[2]));
-    theirs.values.push_back(luma(b[0], b[1], b[2]));
   }
-  error.rmse = std::sqrt(squared / (3 * static_cast<double>(pixels.size())));
+  error.rmse = std::sqrt(squared / (3 * static_cast<double>(image.pixels.size())));
   error.psnr = 20 * std::log10(255 / std::max(error.rmse, 1e-12));
-  error.ssim = structuralSimilarity(ours, theirs);
+  error.ssim = structuralSimilarity(lumaOf(image), lumaOf(truth));
   return error;
 }
 
