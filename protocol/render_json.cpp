@@ -7,6 +7,18 @@
 
 namespace blockwalk {
 
+namespace {
+
+nlohmann::json buildJson(const FinderBuild& build) {
+  return {{"rebuilt", build.rebuilt},       {"macrocell", build.cell_voxels},
+          {"cells", build.cells},           {"active_cells", build.active_cells},
+          {"primitives", build.primitives}, {"bytes", build.bytes},
+          {"tf_ms", build.tf_ms},           {"tris_ms", build.tris_ms},
+          {"bvh_ms", build.bvh_ms},         {"total_ms", build.total_ms}};
+}
+
+}  // namespace
+
 nlohmann::json statsJson(const RenderStats& stats) {
   return {{"gpu_ms", stats.gpu_ms},
           {"total_ms", stats.total_ms},
@@ -21,7 +33,8 @@ nlohmann::json statsJson(const RenderStats& stats) {
           {"level", stats.level},
           {"kernel", stats.kernel},
           {"loop_bound_hits", stats.loop_bound_hits},
-          {"non_finite", stats.non_finite}};
+          {"non_finite", stats.non_finite},
+          {"finder_build", buildJson(stats.finder_build)}};
 }
 
 nlohmann::json rawJson(const View& view) {
