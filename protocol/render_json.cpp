@@ -20,21 +20,22 @@ nlohmann::json buildJson(const FinderBuild& build) {
 }  // namespace
 
 nlohmann::json statsJson(const RenderStats& stats) {
-  return {{"gpu_ms", stats.gpu_ms},
-          {"total_ms", stats.total_ms},
-          {"rays", stats.rays},
-          {"queries", stats.queries},
-          {"block_visits", stats.block_visits},
-          {"subblock_visits", stats.subblock_visits},
-          {"voxel_steps", stats.voxel_steps},
-          {"finder", stats.finder},
-          {"walk", stats.walk},
-          {"cull", stats.cull},
-          {"level", stats.level},
-          {"kernel", stats.kernel},
-          {"loop_bound_hits", stats.loop_bound_hits},
-          {"non_finite", stats.non_finite},
-          {"finder_build", buildJson(stats.finder_build)}};
+  nlohmann::json json = {{"gpu_ms", stats.gpu_ms},
+                         {"total_ms", stats.total_ms},
+                         {"rays", stats.rays},
+                         {"queries", stats.queries},
+                         {"block_visits", stats.block_visits},
+                         {"subblock_visits", stats.subblock_visits},
+                         {"voxel_steps", stats.voxel_steps},
+                         {"finder", stats.finder},
+                         {"walk", stats.walk},
+                         {"cull", stats.cull},
+                         {"level", stats.level},
+                         {"kernel", stats.kernel},
+                         {"loop_bound_hits", stats.loop_bound_hits},
+                         {"non_finite", stats.non_finite}};
+  if (stats.finder_build.cells > 0) json["finder_build"] = buildJson(stats.finder_build);
+  return json;
 }
 
 nlohmann::json rawJson(const View& view) {

@@ -78,7 +78,7 @@ struct RenderStats {
   std::string kernel;  // the kernel key, readable
   std::uint64_t loop_bound_hits = 0;
   std::uint64_t non_finite = 0;
-  FinderBuild finder_build;
+  FinderBuild finder_build{};
 };
 
 // Per pixel, row 0 at the top. `probes` is filled only when asked for; of several samples it holds the last.
