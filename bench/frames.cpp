@@ -12,6 +12,7 @@
 #include <string_view>
 #include <vector>
 
+#include "protocol/render_json.h"
 #include "protocol/view_fields.h"
 #include "renderer/renderer.h"
 
@@ -30,7 +31,16 @@ constexpr Variant kVariants[] = {{"query", Finder::query, false, false},
                                  {"query+walk", Finder::query, true, false},
                                  {"query+walk+cull", Finder::query, true, true},
                                  {"grid", Finder::grid, false, false},
-                                 {"grid+walk+cull", Finder::grid, true, true}};
+                                 {"grid+walk+cull", Finder::grid, true, true},
+                                 {"clusters+walk+cull", Finder::clusters, true, true},
+                                 {"boundary+walk+cull", Finder::boundary, true, true},
+                                 {"octree", Finder::octree, false, true},
+                                 {"octree+walk+cull", Finder::octree, true, true},
+                                 {"none", Finder::none, false, false}};
+
+bool asksRays(Finder finder) {
+  return finder == Finder::query || finder == Finder::clusters || finder == Finder::boundary;
+}
 
 struct Options {
   ImageRequest request;
@@ -73,7 +83,7 @@ nlohmann::json measure(Renderer& renderer, const std::string& path, const Option
   std::vector<std::vector<double>> times(std::size(kVariants));
   for (int sample = -1; sample < options.samples; ++sample) {  // the first round warms up
     for (std::size_t i = 0; i < std::size(kVariants); ++i) {
-      if (kVariants[i].finder == Finder::query && !renderer.device().ray_query) continue;
+      if (asksRays(kVariants[i].finder) && !renderer.device().ray_query) continue;
       View view = options.request.view;
       view.finder = kVariants[i].finder;
       view.walk = kVariants[i].walk;
@@ -90,6 +100,7 @@ nlohmann::json measure(Renderer& renderer, const std::string& path, const Option
                {"voxel_steps", frame.stats.voxel_steps},
                {"kernel", frame.stats.kernel},
                {"level", frame.stats.level}};
+      if (frame.stats.finder_build.rebuilt) entry["build"] = statsJson(frame.stats)["finder_build"];
     }
   }
   result["resident_bytes"] = volume->deviceBytes();

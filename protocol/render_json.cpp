@@ -7,21 +7,35 @@
 
 namespace blockwalk {
 
+namespace {
+
+nlohmann::json buildJson(const FinderBuild& build) {
+  return {{"rebuilt", build.rebuilt},       {"macrocell", build.cell_voxels},
+          {"cells", build.cells},           {"active_cells", build.active_cells},
+          {"primitives", build.primitives}, {"bytes", build.bytes},
+          {"tf_ms", build.tf_ms},           {"tris_ms", build.tris_ms},
+          {"bvh_ms", build.bvh_ms},         {"total_ms", build.total_ms}};
+}
+
+}  // namespace
+
 nlohmann::json statsJson(const RenderStats& stats) {
-  return {{"gpu_ms", stats.gpu_ms},
-          {"total_ms", stats.total_ms},
-          {"rays", stats.rays},
-          {"queries", stats.queries},
-          {"block_visits", stats.block_visits},
-          {"subblock_visits", stats.subblock_visits},
-          {"voxel_steps", stats.voxel_steps},
-          {"finder", stats.finder},
-          {"walk", stats.walk},
-          {"cull", stats.cull},
-          {"level", stats.level},
-          {"kernel", stats.kernel},
-          {"loop_bound_hits", stats.loop_bound_hits},
-          {"non_finite", stats.non_finite}};
+  nlohmann::json json = {{"gpu_ms", stats.gpu_ms},
+                         {"total_ms", stats.total_ms},
+                         {"rays", stats.rays},
+                         {"queries", stats.queries},
+                         {"block_visits", stats.block_visits},
+                         {"subblock_visits", stats.subblock_visits},
+                         {"voxel_steps", stats.voxel_steps},
+                         {"finder", stats.finder},
+                         {"walk", stats.walk},
+                         {"cull", stats.cull},
+                         {"level", stats.level},
+                         {"kernel", stats.kernel},
+                         {"loop_bound_hits", stats.loop_bound_hits},
+                         {"non_finite", stats.non_finite}};
+  if (stats.finder_build.cells > 0) json["finder_build"] = buildJson(stats.finder_build);
+  return json;
 }
 
 nlohmann::json rawJson(const View& view) {

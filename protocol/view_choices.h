@@ -35,8 +35,12 @@ constexpr std::array kTransferPresetChoices = {Choice{"auto", TransferPreset::au
                                                Choice{"ct-bone", TransferPreset::ct_bone},
                                                Choice{"ct-soft-tissue", TransferPreset::ct_soft_tissue},
                                                Choice{"angiography", TransferPreset::angiography}};
-constexpr std::array kFinderChoices = {Choice{"auto", Finder::automatic}, Choice{"query", Finder::query},
-                                       Choice{"grid", Finder::grid}};
+constexpr std::array kFinderChoices = {Choice{"auto", Finder::automatic},    Choice{"query", Finder::query},
+                                       Choice{"grid", Finder::grid},         Choice{"clusters", Finder::clusters},
+                                       Choice{"boundary", Finder::boundary}, Choice{"octree", Finder::octree},
+                                       Choice{"none", Finder::none}};
+constexpr std::array kMacrocellChoices = {Choice{"auto", kAutoMacrocell}, Choice{"8", 8}, Choice{"16", 16},
+                                          Choice{"32", 32}};
 constexpr std::array kOutputChoices = {Choice{"color", Output::color}, Choice{"depth", Output::depth},
                                        Choice{"position", Output::position}, Choice{"cost", Output::cost}};
 constexpr std::array kFormatChoices = {Choice{"png", ImageFormat::png}, Choice{"jpeg", ImageFormat::jpeg},

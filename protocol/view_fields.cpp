@@ -176,8 +176,12 @@ constexpr std::array kFields = {
     ViewField{"background", "rrggbb[aa]", "colour behind the volume (000000)",
               [](ImageRequest& request, Text text) { request.view.background = parseColor("background", text); }},
     ViewField{
-        "finder", "FINDER", "auto, query or grid (auto)",
+        "finder", "FINDER", "auto, query, grid, clusters, boundary, octree or none (auto)",
         [](ImageRequest& request, Text text) { request.view.finder = parseChoice("finder", text, kFinderChoices); }},
+    ViewField{"macrocell", "auto|8|16|32", "finders clusters and boundary: side of a macrocell, voxels (auto)",
+              [](ImageRequest& request, Text text) {
+                request.view.macrocell = parseChoice("macrocell", text, kMacrocellChoices);
+              }},
     ViewField{"walk", "on|off", "step through stored neighbours after a block (on)",
               [](ImageRequest& request, Text text) { request.view.walk = parseSwitch("walk", text); }},
     ViewField{"cull", "on|off", "skip what masks and ranges exclude (on)",

@@ -90,6 +90,9 @@ std::string viewQuery(const ImageRequest& request) {
   addCamera(query, view);
   addVolume(query, view);
   if (view.finder != plain.view.finder) query.add("finder", choiceName(view.finder, kFinderChoices));
+  if (view.macrocell != plain.view.macrocell) {
+    query.add("macrocell", choiceName(view.macrocell, kMacrocellChoices));
+  }
   if (!view.walk) query.add("walk", "off");
   if (!view.cull) query.add("cull", "off");
   if (view.output != plain.view.output) query.add("output", choiceName(view.output, kOutputChoices));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acceleration structures of the query finder: one instance a block over one shared unit box (Derin et al. 2021, 2.1).
+// Acceleration structures: of the query finder, one instance a block over one shared unit box (Derin et al. 2021, 2.1);
+// of the finders clusters and boundary, boxes and triangles under a single instance.
 #pragma once
 
 #include "renderer/buffer.h"
@@ -21,5 +22,14 @@ AccelerationStructure buildUnitBox(Device& device);
 // At most Device::maxInstances() blocks.
 AccelerationStructure buildBlockInstances(Device& device, const AccelerationStructure& unit_box, const Level& level,
                                           int block_voxels);
+
+// Bottom-level structures, compacted (Wald et al. 2021, 4.2.3). Boxes are VkAabbPositionsKHR; triangles three vertices
+// of three floats each, opaque. `count` is at least 1 and at most Device::maxPrimitives().
+AccelerationStructure buildBoxes(Device& device, const Buffer& boxes, std::uint32_t count);
+AccelerationStructure buildTriangles(Device& device, const Buffer& vertices, std::uint32_t count);
+
+// A top-level structure of one instance where it stands. A triangle's front is where cross(b - a, c - a) points to. No
+// ray meets it where the mask is 0.
+AccelerationStructure buildOneInstance(Device& device, const AccelerationStructure& bottom, std::uint8_t mask = 0xff);
 
 }  // namespace blockwalk

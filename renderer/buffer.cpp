@@ -32,6 +32,8 @@ UseFlags flagsOf(BufferUse use) {
       return {Usage::eAccelerationStructureStorageKHR, Memory::eDeviceLocal, {}};
     case BufferUse::instances:
       return {Usage::eAccelerationStructureBuildInputReadOnlyKHR, host, Memory::eDeviceLocal};
+    case BufferUse::geometry:
+      return {Usage::eStorageBuffer | Usage::eAccelerationStructureBuildInputReadOnlyKHR, Memory::eDeviceLocal, {}};
     case BufferUse::scratch:
       return {Usage::eStorageBuffer, Memory::eDeviceLocal, {}};
   }

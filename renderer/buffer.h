@@ -15,6 +15,7 @@ enum class BufferUse {
   readback,   // host memory, cached, written by the device
   structure,  // acceleration structure storage
   instances,  // input of an acceleration structure build, host memory
+  geometry,   // the same, written by a kernel
   scratch,    // acceleration structure scratch
 };
 

@@ -8,6 +8,8 @@
 #include <chrono>
 #include <utility>
 
+#include "renderer/visible_densities.h"
+
 namespace blockwalk {
 namespace {
 
@@ -29,6 +31,7 @@ FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
     : device_(device),
       band_ms_(options.band_ms),
       kernels_(device),
+      regions_(device),
       kept_sums_(device, options.kept_sum_bytes),
       ms_per_pixel_(device.isSoftware() ? 1e-3 : 1e-5) {
   if (device.rayQuery()) unit_box_ = buildUnitBox(device);
@@ -83,6 +86,28 @@ void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, cons
   params.table_last = bound.last;
 }
 
+void FrameRenderer::bindRegion(VulkanVolume& volume, ResidentLevel& level, const View& view, const Plan& plan,
+                               gpu::FrameParams& params) {
+  RegionKey key{.volume = volume.serial(),
+                .level = plan.level,
+                .apron = plan.needs_apron,
+                .cell_voxels = plan.cell_voxels,
+                .channels = {}};
+  for (const ChannelPlan& drawn : plan.channels) {
+    key.channels.push_back({.channel = drawn.channel,
+                            .range_mask = drawn.range_mask,
+                            .densities = visibleDensities(view, volume.info(), drawn, tables_[drawn.channel].scale)});
+  }
+  const ActiveRegion& region = plan.needs_clusters ? regions_.clusters(volume, level, std::move(key))
+                                                   : regions_.boundary(volume, level, std::move(key));
+  params.cell_states = region.states.address();
+  params.boxes = plan.needs_clusters ? region.boxes.address() : 0;
+  params.cell_dims = region.cell_dims;
+  params.cell_voxels = static_cast<float>(plan.cell_voxels);
+  finder_build_ = region.build;
+  instances_ = kernels_.bindInstances(*region.top.handle);
+}
+
 gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& view, const Plan& plan) {
   gpu::FrameParams params = makeFrameParams(view, volume.info(), plan);
   std::vector<std::size_t> channels;
@@ -92,6 +117,9 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& vie
     ResidentChannel& channel = *level.channels[channels[i]];
     params.channels[i].blocks = channel.blocks.address();
     if (plan.needs_masks) params.channels[i].subblocks = volume.masks(channel).address();
+    if (plan.needs_empty) {
+      params.channels[i].empty = volume.emptySubblock(channel, channels[i], plan.needs_apron).address();
+    }
     if (plan.needs_table) bindTable(view, volume, plan, plan.channels[i], params.channels[i]);
   }
   if (plan.needs_grid) {
@@ -100,7 +128,15 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& vie
     params.grid_cells = grid.cells.address();
     params.tile_dims = grid.tile_dims;
   }
+  if (plan.needs_octree) {
+    const bool blocks = plan.key.mode == gpu::kModeBlocks;
+    const OctreeBuffer& octree = volume.octree(level, blocks ? OctreeLeaves::blocks : OctreeLeaves::subblocks);
+    params.octree = octree.nodes.address();
+    params.octree_depth = octree.depth;
+  }
   instances_ = nullptr;
+  finder_build_ = {};
+  if (plan.needsRegion()) bindRegion(volume, level, view, plan, params);
   if (plan.needs_instances) instances_ = kernels_.bindInstances(*volume.instances(level, unit_box_).handle);
   params.pixels = pixels_.address();
   params.sums = plan.key.antialias != 0 ? sums_.address() : 0;
@@ -110,7 +146,7 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& vie
 }
 
 void FrameRenderer::recordDispatches(const Plan& plan, int width, const Band& band) {
-  const bool ray_query = plan.needs_instances;
+  const bool ray_query = plan.queriesRays();
   const auto& pipeline = plan.general ? kernels_.general(ray_query) : kernels_.pipeline(plan.key);
   commands_.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
   const auto& layout = kernels_.layout(ray_query);
@@ -225,6 +261,7 @@ DeviceTraits FrameRenderer::traits() const {
 // The general kernel holds every finder that the device has, so the query's instances must be there to be bound.
 void FrameRenderer::generalise(Plan& plan, const VolumeInfo& info) const {
   plan.general = true;
+  if (plan.needsRegion()) return;
   const std::uint64_t blocks = info.levels[static_cast<std::size_t>(plan.level)].block_count;
   plan.needs_instances = device_.rayQuery() && blocks <= device_.maxInstances();
 }
@@ -270,6 +307,7 @@ void FrameRenderer::draw(VulkanVolume& volume, const View& view, const Plan& pla
     stats.total_ms = run.kept->total_ms;
   }
   frame.samples_drawn = run.end - run.begin;
+  stats.finder_build = finder_build_;
   drawBands(plan, options, values, run, frame);
   stats.queries = sum(counters[0].queries);
   stats.block_visits = sum(counters[0].block_visits);
@@ -292,9 +330,10 @@ Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const Render
   if (options.probe) frame.probes.resize(pixels);
   RenderStats& stats = frame.stats;
   stats.rays = pixels * static_cast<std::size_t>(options.step ? options.step->end : view.samples);
-  stats.finder = plan.key.finder == gpu::kFinderQuery ? "query" : "grid";
-  stats.walk = view.walk;
-  stats.cull = view.cull;
+  stats.finder = finderName(static_cast<Finder>(plan.key.finder));
+  const bool skips = plan.key.finder != gpu::kFinderNone;
+  stats.walk = view.walk && skips;
+  stats.cull = view.cull && skips;
   stats.level = plan.level;
   stats.kernel = plan.is_blank ? "blank" : (plan.general ? "general " : "") + describe(plan.key);
   SampleRun run;

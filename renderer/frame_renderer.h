@@ -3,6 +3,7 @@
 // long. Of a refinement it draws the samples that are new and adds them to the sums it kept.
 #pragma once
 
+#include "renderer/active_region.h"
 #include "renderer/frame_params.h"
 #include "renderer/kept_sums.h"
 #include "renderer/kernels.h"
@@ -22,6 +23,8 @@ class FrameRenderer {
 
  private:
   gpu::FrameParams bindVolume(VulkanVolume& volume, const View& view, const Plan& plan);
+  void bindRegion(VulkanVolume& volume, ResidentLevel& level, const View& view, const Plan& plan,
+                  gpu::FrameParams& params);
   void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, const ChannelPlan& drawn,
                  gpu::DrawnChannel& params);
   DeviceTraits traits() const;
@@ -75,6 +78,8 @@ class FrameRenderer {
   double band_ms_;
   Kernels kernels_;
   AccelerationStructure unit_box_;
+  ActiveRegions regions_;
+  FinderBuild finder_build_;  // of the frame at hand
   vk::DescriptorSet instances_;
   vk::raii::CommandPool pool_{nullptr};
   vk::raii::CommandBuffer commands_{nullptr};

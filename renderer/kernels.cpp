@@ -62,7 +62,8 @@ const vk::raii::Pipeline& Kernels::pipeline(const KernelKey& key) {
   const auto found = pipelines_.find(key);
   if (found != pipelines_.end()) return found->second;
 
-  const bool ray_query = key.finder == gpu::kFinderQuery;
+  const bool ray_query =
+      key.finder == gpu::kFinderQuery || key.finder == gpu::kFinderClusters || key.finder == gpu::kFinderBoundary;
   std::array<vk::SpecializationMapEntry, kKernelConstants> entries;
   for (std::uint32_t i = 0; i < kKernelConstants; ++i) {
     entries[i] = vk::SpecializationMapEntry{.constantID = i, .offset = i * 4, .size = 4};

@@ -53,8 +53,11 @@ void refuseWhatIsNotDefined(const View& view, const VolumeInfo& info) {
 Finder chooseFinder(const View& view, const VolumeInfo& info, int level, const DeviceTraits& device) {
   const std::uint64_t blocks = info.levels[static_cast<std::size_t>(level)].block_count;
   const bool can_query = device.ray_query && blocks <= device.max_instances;
-  if (view.finder == Finder::query && !device.ray_query) {
-    throw ViewError("finder", "query: this device has no ray queries; use grid or auto");
+  const bool asks_rays =
+      view.finder == Finder::query || view.finder == Finder::clusters || view.finder == Finder::boundary;
+  if (asks_rays && !device.ray_query) {
+    throw ViewError(
+        "finder", fmt::format("{}: this device has no ray queries; use grid, octree or auto", finderName(view.finder)));
   }
   if (view.finder == Finder::query && !can_query) {
     throw ViewError(
@@ -64,6 +67,32 @@ Finder chooseFinder(const View& view, const VolumeInfo& info, int level, const D
   if (view.finder != Finder::automatic) return view.finder;
   // A software ray query costs about a microsecond, a grid step nanoseconds; with ray-tracing hardware it is reversed.
   return can_query && !device.software ? Finder::query : Finder::grid;
+}
+
+// A DDA counts them in a float.
+constexpr std::uint64_t kMaxMacrocells = std::uint64_t{1} << 24;
+
+// A macrocell is never a part of a subblock, whose range is all that is known of it. Where blocks are counted it is a
+// block: else one would count as often as the ray enters something active in it.
+int chooseMacrocell(const View& view, const VolumeInfo& info) {
+  if (view.mode == Mode::blocks) return info.blockVoxels();
+  if (view.macrocell == kAutoMacrocell) return std::max(8, info.subblock_side);
+  if (view.macrocell >= info.subblock_side) return view.macrocell;
+  throw ViewError("macrocell", fmt::format("{}: the volume's subblocks have {} voxels; use at least that",
+                                           view.macrocell, info.subblock_side));
+}
+
+void refuseTooManyCells(Finder finder, const VolumeInfo& info, const Plan& plan) {
+  const glm::ivec3 dims = info.levels[static_cast<std::size_t>(plan.level)].dims;
+  std::uint64_t cells = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    cells *= static_cast<std::uint64_t>((dims[axis] + plan.cell_voxels - 1) / plan.cell_voxels);
+  }
+  if (cells <= kMaxMacrocells) return;
+  throw ViewError("finder",
+                  fmt::format("{}: the level has {} macrocells of {} voxels, at most {} may be; use larger ones "
+                              "(macrocell), a coarser level, or another finder",
+                              finderName(finder), cells, plan.cell_voxels, kMaxMacrocells));
 }
 
 std::uint32_t kernelOutput(Output output) {
@@ -119,11 +148,15 @@ bool isOpen(const std::vector<ChannelPlan>& channels, const VolumeInfo& info) {
 
 }  // namespace
 
+std::string_view finderName(Finder finder) {
+  static constexpr std::string_view kNames[] = {"auto", "query", "grid", "clusters", "boundary", "octree", "none"};
+  return kNames[static_cast<std::size_t>(finder)];
+}
+
 std::string describe(const KernelKey& key) {
   static constexpr std::string_view kModes[] = {"blend", "first-hit", "blocks", "mip", "mean", "iso"};
-  static constexpr std::string_view kFinders[] = {"auto", "query", "grid"};
   std::string text = fmt::format("{} {} {}", voxelTypeName(static_cast<VoxelType>(key.voxel_type)), kModes[key.mode],
-                                 kFinders[key.finder]);
+                                 finderName(static_cast<Finder>(key.finder)));
   const auto add = [&](std::uint32_t on, std::string_view word) {
     if (on != 0) text += fmt::format(" {}", word);
   };
@@ -213,8 +246,16 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   plan.planes = cuttingPlanes(view, info);
   const bool open = isOpen(plan.channels, info);
   const Finder finder = chooseFinder(view, info, plan.level, device);
-  plan.needs_grid = finder == Finder::grid;
+  plan.needs_clusters = finder == Finder::clusters;
+  plan.needs_boundary = finder == Finder::boundary;
+  if (plan.needsRegion()) {
+    plan.cell_voxels = chooseMacrocell(view, info);
+    refuseTooManyCells(finder, info, plan);
+  }
+  plan.needs_grid = finder == Finder::grid || finder == Finder::none || plan.needsRegion();
   plan.needs_instances = finder == Finder::query;
+  plan.needs_octree = finder == Finder::octree;
+  plan.needs_empty = finder == Finder::none;
   const bool blocks = view.mode == Mode::blocks;
   const bool colored = view.output == Output::color;
   const bool lit = view.lit && colored && (looksAtOpacity(view) || view.mode == Mode::iso);
@@ -227,10 +268,12 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   key.voxel_type = static_cast<std::uint32_t>(info.type);
   key.mode = static_cast<std::uint32_t>(view.mode);
   key.finder = static_cast<std::uint32_t>(finder);
-  key.walk = view.walk ? 1 : 0;
+  // What marches through the whole box neither walks nor culls.
+  const bool skips = finder != Finder::none;
+  key.walk = view.walk && skips ? 1 : 0;
   // Of several channels one may be absent from a subblock that is stored for another.
-  key.cull = view.cull && (!open || plan.channels.size() > 1) ? 1 : 0;
-  plan.needs_masks = key.cull != 0;
+  key.cull = view.cull && skips && (!open || plan.channels.size() > 1) ? 1 : 0;
+  plan.needs_masks = key.cull != 0 || plan.needsRegion();
   key.range_open = open ? 1 : 0;
   // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
   // extinction.

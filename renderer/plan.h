@@ -4,6 +4,7 @@
 
 #include <compare>
 #include <string>
+#include <string_view>
 
 #include "renderer/view.h"
 
@@ -35,6 +36,9 @@ struct KernelKey {
 };
 constexpr std::uint32_t kKernelConstants = sizeof(KernelKey) / sizeof(std::uint32_t);
 
+// As views name it: auto, query, grid, ...
+std::string_view finderName(Finder finder);
+
 // "rgba8 blend grid walk cull ..." : what is compiled in, in words.
 std::string describe(const KernelKey& key);
 
@@ -65,16 +69,24 @@ struct ChannelPlan {
 struct Plan {
   KernelKey key;
   int level = 0;
+  int cell_voxels = 0;                // clusters and boundary: side of a macrocell
   std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something
   std::vector<ClipPlane> planes;      // world
   bool needs_grid = false;
   bool needs_instances = false;
+  bool needs_octree = false;
+  bool needs_clusters = false;
+  bool needs_boundary = false;
+  bool needs_empty = false;  // a subblock of empty voxels
   bool needs_apron = false;  // voxels with the ring around every subblock
   bool needs_table = false;
   bool needs_integrals = false;  // of the table, for pre-integration
   bool needs_masks = false;      // minimum, maximum and range mask of subblocks
   bool general = false;          // RenderOptions::general: `key` is read at run time
   bool is_blank = false;         // nothing can be seen: no kernel at all, only background
+
+  bool needsRegion() const { return needs_clusters || needs_boundary; }
+  bool queriesRays() const { return needs_instances || needsRegion(); }
 };
 
 // `view` is resolved. `count` and `probe` as in RenderOptions. Throws ViewError where the device cannot do what is

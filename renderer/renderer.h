@@ -47,6 +47,21 @@ struct DeviceInfo {
 // Every device that could be chosen, best first; for --help and messages.
 std::vector<DeviceInfo> listDevices();
 
+// The active region that the finders clusters and boundary look for (docs/finders.md), as it was last built.
+struct FinderBuild {
+  bool rebuilt = false;     // by this frame; else what follows is of an earlier one
+  int cell_voxels = 0;      // side of a macrocell; 0 where the finder has none
+  std::uint64_t cells = 0;  // macrocells of the level's box
+  std::uint64_t active_cells = 0;
+  std::uint64_t primitives = 0;  // triangles, or boxes
+  std::uint64_t bytes = 0;       // on the device, without the macrocells' ranges
+  // Wall times. Wald et al. 2021, Table 1: T_tf, T_tris (clusters: merging), T_BVH, T_total.
+  double tf_ms = 0;
+  double tris_ms = 0;
+  double bvh_ms = 0;
+  double total_ms = 0;
+};
+
 // Times and counts are of all samples that the frame shows, those of a refinement's earlier steps too.
 struct RenderStats {
   double gpu_ms = 0;          // sum over the bands, by timestamp queries
@@ -63,6 +78,7 @@ struct RenderStats {
   std::string kernel;  // the kernel key, readable
   std::uint64_t loop_bound_hits = 0;
   std::uint64_t non_finite = 0;
+  FinderBuild finder_build{};
 };
 
 // Per pixel, row 0 at the top. `probes` is filled only when asked for; of several samples it holds the last.
@@ -115,7 +131,7 @@ struct RenderOptions {
 
 // A piece of a volume on the device.
 struct ResidentPart {
-  std::string what;  // voxels, blocks, masks, grid, instances
+  std::string what;  // voxels, blocks, masks, macrocells, empty, grid, octree, instances
   int level = 0;
   bool apron = false;  // of the level whose subblocks carry a ring (volume/apron.h)
   static constexpr int kAllChannels = -1;

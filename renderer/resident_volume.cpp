@@ -7,6 +7,7 @@
 
 #include "renderer/density_scale.h"
 #include "renderer/grid.h"
+#include "renderer/octree.h"
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
@@ -49,6 +50,21 @@ void fillIndices(const Block& block, gpu::GpuBlock& record) {
 std::uint64_t nextSerial() {
   static std::atomic<std::uint64_t> last{0};
   return ++last;
+}
+
+// A voxel of a density alone; rgba8 has it without colour.
+void writeDensity(VoxelType type, float density, std::byte* out) {
+  const auto write = [&](auto value) { std::memcpy(out, &value, sizeof value); };
+  switch (type) {
+    case VoxelType::rgba8:
+      return write(std::uint32_t{static_cast<std::uint8_t>(density)} << 24);
+    case VoxelType::u8:
+      return write(static_cast<std::uint8_t>(density));
+    case VoxelType::u16:
+      return write(static_cast<std::uint16_t>(density));
+    case VoxelType::f32:
+      return write(density);
+  }
 }
 
 // Reads the voxels of consecutive blocks, one after the other.
@@ -130,8 +146,15 @@ std::vector<ResidentPart> VulkanVolume::parts() const {
       add("voxels", number, voxels);
       add("blocks", number, channel.blocks.bytes());
       add("masks", number, channel.masks.bytes());
+      add("empty", number, channel.empty.bytes());
+      std::uint64_t macrocells = 0;
+      for (const auto& [side, cells] : channel.macrocells) macrocells += cells.ranges.bytes();
+      add("macrocells", number, macrocells);
     }
     if (level.grid) add("grid", ResidentPart::kAllChannels, level.grid->tiles.bytes() + level.grid->cells.bytes());
+    for (const auto& octree : level.octrees) {
+      if (octree) add("octree", ResidentPart::kAllChannels, octree->nodes.bytes());
+    }
     if (level.instances) add("instances", ResidentPart::kAllChannels, level.instances->storage.bytes());
   }
   return parts;
@@ -226,8 +249,10 @@ void VulkanVolume::upload(Level& records, std::size_t channel, std::uint64_t sub
   });
   if (level.records.blocks.empty()) {
     level.records = std::move(records);
+    const bool alone = info().channels.size() == 1;
+    for (const Subblock& s : level.records.subblocks) level.subblock_masks.push_back(alone ? s.range_mask : 0xff);
     level.records.subblocks = {};
-    if (info().channels.size() > 1) {
+    if (!alone) {
       for (Block& block : level.records.blocks) block.range_mask = 0xff;
     }
   }
@@ -240,6 +265,32 @@ const Buffer& VulkanVolume::masks(ResidentChannel& channel) {
     channel.ranges = {};  // only the device needs them from here on
   }
   return channel.masks;
+}
+
+const Buffer& VulkanVolume::emptySubblock(ResidentChannel& channel, std::size_t number, bool apron) {
+  if (channel.empty.bytes() == 0) {
+    const auto side = static_cast<std::size_t>(info().subblock_side + (apron ? 2 : 0));
+    const float value = emptyValue(info().type, info().channels[number]);
+    std::vector<std::byte> voxels(side * side * side * voxelBytes(info().type));
+    for (std::size_t at = 0; at < voxels.size(); at += voxelBytes(info().type)) {
+      writeDensity(info().type, value, voxels.data() + at);
+    }
+    toDevice(voxels, densityExponent(info(), number));
+    channel.empty = uploadVector(device_, voxels);
+  }
+  return channel.empty;
+}
+
+const OctreeBuffer& VulkanVolume::octree(ResidentLevel& level, OctreeLeaves leaves) {
+  std::unique_ptr<OctreeBuffer>& octree = level.octrees[static_cast<std::size_t>(leaves)];
+  if (!octree) {
+    const Octree built = buildOctree(leaves == OctreeLeaves::blocks
+                                         ? blockLeaves(level.records)
+                                         : subblockLeaves(level.records, level.subblock_masks, info().block_side));
+    octree =
+        std::make_unique<OctreeBuffer>(OctreeBuffer{.depth = built.depth, .nodes = uploadVector(device_, built.nodes)});
+  }
+  return *octree;
 }
 
 const GridBuffers& VulkanVolume::grid(ResidentLevel& level) {

@@ -4,12 +4,16 @@
 //                            - when a frame draws that channel of that level; with an apron (volume/apron.h) beside
 //                              those without, each when a frame needs it;
 //   its subblock masks       - when a frame culls by that channel on the level;
-//   block grid               - when the grid finder is used on the level;
+//   block grid               - when a finder that looks blocks up in it is used on the level;
+//   octree                   - when the octree finder is, over subblocks or, to count them, blocks;
+//   ranges of macrocells     - when a finder first looks for what is active in cells of that size;
+//   empty subblock           - when the channel is drawn without any skipping;
 //   acceleration structures  - when the query finder is used on the level.
 #pragma once
 
 #include <array>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -28,10 +32,25 @@ struct GridBuffers {
   Buffer cells;
 };
 
+struct OctreeBuffer {
+  int depth = 1;
+  Buffer nodes;
+};
+
+enum class OctreeLeaves : std::uint8_t { subblocks, blocks };
+
+// Ranges of a channel in cells of some voxels (renderer/active_region.h).
+struct Macrocells {
+  Buffer ranges;  // GpuSubblock[], x fastest
+  std::uint32_t occupied = 0;
+};
+
 struct ResidentChannel {
   Buffer blocks;
-  Buffer masks;                      // GpuSubblock[]
-  std::vector<Buffer> voxel_chunks;  // equal but for the last; no block crosses from one to the next
+  Buffer masks;                          // GpuSubblock[]
+  std::map<int, Macrocells> macrocells;  // by their side, voxels
+  Buffer empty;                          // voxels of one subblock that is empty everywhere
+  std::vector<Buffer> voxel_chunks;      // equal but for the last; no block crosses from one to the next
   // What the masks are made of; nothing once they are.
   std::vector<gpu::GpuSubblock> ranges;
 };
@@ -41,7 +60,9 @@ struct ResidentLevel {
   // Kept for building finders, which are the same for every channel: the blocks of whichever came first. Of several
   // channels the masks hold all bins, because none speaks for the others.
   Level records;
+  std::vector<std::uint8_t> subblock_masks;  // of `records`, whose subblocks are dropped
   std::unique_ptr<GridBuffers> grid;
+  std::array<std::unique_ptr<OctreeBuffer>, 2> octrees;  // by OctreeLeaves
   std::unique_ptr<AccelerationStructure> instances;
 };
 
@@ -59,7 +80,9 @@ class VulkanVolume final : public ResidentVolume {
   // A level with at least these channels; the finders of a level with some channel.
   ResidentLevel& level(int number, bool apron, std::span<const std::size_t> channels);
   const Buffer& masks(ResidentChannel& channel);
+  const Buffer& emptySubblock(ResidentChannel& channel, std::size_t number, bool apron);
   const GridBuffers& grid(ResidentLevel& level);
+  const OctreeBuffer& octree(ResidentLevel& level, OctreeLeaves leaves);
   const AccelerationStructure& instances(ResidentLevel& level, const AccelerationStructure& unit_box);
 
  private:

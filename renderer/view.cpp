@@ -61,6 +61,12 @@ void checkNumbers(const View& view) {
   }
 }
 
+void checkMacrocell(const View& view) {
+  if (view.macrocell != kAutoMacrocell && view.macrocell != 8 && view.macrocell != 16 && view.macrocell != 32) {
+    throw ViewError("macrocell", fmt::format("{} is not 8, 16 or 32 voxels", view.macrocell));
+  }
+}
+
 void resolveCamera(View& view, const VolumeInfo& info) {
   const WorldBox box = worldBox(info);
   if (!view.target) view.target = 0.5 * (box.min + box.max);
@@ -185,6 +191,7 @@ void resolveChannels(View& view, const VolumeInfo& info) {
 
 View resolveView(const View& view, const VolumeInfo& info) {
   checkNumbers(view);
+  checkMacrocell(view);
   View resolved = view;
   resolveCamera(resolved, info);
   resolveChannels(resolved, info);

@@ -32,7 +32,8 @@ enum class TransferPreset : std::uint8_t {
 enum class Classification : std::uint8_t { post, pre_integrated };
 // What a pixel holds; all but color as numbers (Frame::values).
 enum class Output : std::uint8_t { color, depth, position, cost };
-enum class Finder : std::uint8_t { automatic, query, grid };
+// What finds the next block along a ray (docs/finders.md). Numbers are the kernel's (shaders/kernel_interface.h).
+enum class Finder : std::uint8_t { automatic, query, grid, clusters, boundary, octree, none };
 
 constexpr int kMaxImageSide = 8192;
 constexpr int kAutoLevel = -1;
@@ -40,6 +41,7 @@ constexpr double kMinStep = 1.0 / 64;  // voxels
 constexpr double kMaxStep = 16;
 constexpr std::size_t kMaxPlanes = 6;
 constexpr int kMaxSamples = 256;
+constexpr int kAutoMacrocell = 0;  // 8, or a subblock's side where that is more
 
 struct DensityRange {
   double lo = 0;  // data units, inclusive
@@ -103,6 +105,7 @@ struct View {
   int level = kAutoLevel;
   std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity
   Finder finder = Finder::automatic;
+  int macrocell = kAutoMacrocell;  // voxels: 8, 16 or 32; finders clusters and boundary
   bool walk = true;
   bool cull = true;
   Output output = Output::color;

@@ -63,8 +63,15 @@ uint findByQuery(Ray ray, float t, inout Work work) {
 }
 #endif
 
-uint findBlock(Ray ray, float t, inout Work work) {
+#include "regions.glsl"
+
+// `span` is the part of the ray behind `t` that may show something, where the finder says so (kFindsIntervals).
+uint findBlock(Ray ray, float t, inout vec2 span, inout Work work) {
+#ifdef BLOCKWALK_RAY_QUERY
+  if (kFinder == kFinderClusters || kFinder == kFinderBoundary) return findInRegion(ray, t, span, work);
+#endif
   work.queries += 1u;
+  if (kFinder == kFinderOctree) return findByOctree(ray, t, span, work);
 #ifdef BLOCKWALK_RAY_QUERY
   if (kFinder == kFinderQuery) return findByQuery(ray, t, work);
 #endif

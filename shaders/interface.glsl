@@ -69,12 +69,16 @@ layout(constant_id = 18) const bool kProbe = false;
 BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
 // What interpolates reads subblocks with the ring of one voxel around them (volume/apron.h).
 BLOCKWALK_DERIVED bool kApron = kFilter == kFilterLinear || kLit;
+// The finder says between which t something may be, not only in which block.
+BLOCKWALK_DERIVED bool kFindsIntervals = kFinder == kFinderOctree || kFinder == kFinderClusters || kFinder == kFinderBoundary;
 BLOCKWALK_DERIVED bool kTally = kCount || kOutput == kOutputCost;  // count a ray's visits and steps
 BLOCKWALK_DERIVED int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SubblockArray { GpuSubblock at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintArray { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer BoxArray { vec3 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer OctreeArray { OctreeNode at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer U8Array { uint8_t at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 2) readonly buffer U16Array { uint16_t at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer F32Array { float at[]; };
@@ -97,6 +101,12 @@ struct Scene {
   DrawnChannel channels[kMaxDrawnChannels];
   uint64_t grid_tiles;
   uint64_t grid_cells;
+  uint64_t octree;
+  uint64_t cell_states;
+  uint64_t boxes;
+  int octree_depth;
+  ivec3 cell_dims;
+  float cell_voxels;
   vec3 anchor;
   ivec3 tile_dims;
   float extinction_scale;
@@ -116,6 +126,12 @@ void loadScene() {
   forEachChannel(c) scene.channels[c] = frame.channels[c];
   scene.grid_tiles = frame.grid_tiles;
   scene.grid_cells = frame.grid_cells;
+  scene.octree = frame.octree;
+  scene.octree_depth = frame.octree_depth;
+  scene.cell_states = frame.cell_states;
+  scene.boxes = frame.boxes;
+  scene.cell_dims = frame.cell_dims;
+  scene.cell_voxels = frame.cell_voxels;
   scene.anchor = vec3(frame.anchor);
   scene.tile_dims = frame.tile_dims;
   scene.extinction_scale = frame.extinction_scale;

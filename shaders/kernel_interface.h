@@ -50,13 +50,23 @@ BLOCKWALK_CONST uint kOutputPoint = 1;  // t of the point shown: depth and posit
 BLOCKWALK_CONST uint kOutputCost = 2;
 BLOCKWALK_CONST uint kFinderQuery = 1;
 BLOCKWALK_CONST uint kFinderGrid = 2;
+BLOCKWALK_CONST uint kFinderClusters = 3;
+BLOCKWALK_CONST uint kFinderBoundary = 4;
+BLOCKWALK_CONST uint kFinderOctree = 5;
+BLOCKWALK_CONST uint kFinderNone = 6;
 
 BLOCKWALK_CONST int kChoiceCount = 19;  // specialisation constants
 
 BLOCKWALK_CONST uint kNone = 0xffffffffu;
-BLOCKWALK_CONST uint kNoSubblock = 255u;  // in GpuBlock::indices
-BLOCKWALK_CONST int kGridTileSide = 8;    // blocks
-BLOCKWALK_CONST int kMaxClipPlanes = 12;  // a clip box's and a view's own
+BLOCKWALK_CONST uint kNoSubblock = 255u;   // in GpuBlock::indices
+BLOCKWALK_CONST int kGridTileSide = 8;     // blocks
+BLOCKWALK_CONST int kMaxOctreeDepth = 16;  // 65536 voxels in leaves of one
+// States of macrocells.
+BLOCKWALK_CONST uint kCellCalm = 0;         // not active, nor beside one that is
+BLOCKWALK_CONST uint kCellNear = 1;         // beside an active one
+BLOCKWALK_CONST uint kCellActive = 2;       // something in it may be seen
+BLOCKWALK_CONST uint kOctreeStored = 256u;  // in OctreeNode::mask
+BLOCKWALK_CONST int kMaxClipPlanes = 12;    // a clip box's and a view's own
 BLOCKWALK_CONST int kMaxDrawnChannels = 4;
 BLOCKWALK_CONST int kGroupSide = 8;  // pixels; a workgroup is 8x8, a subgroup of 8 lanes 4x2 of them
 // Output point: t where there is nothing to show. Bounds of the traversal are of this size where a ray stands still.
@@ -81,6 +91,12 @@ struct GpuSubblock {
   uint range_mask;
 };
 
+// Lukic 2017: the eight children of a node are one run, octant x + 2 y + 4 z.
+struct OctreeNode {
+  uint first;  // of an inner node's children; of a leaf: its block
+  uint mask;   // 0 where nothing is stored, else kOctreeStored and the range mask of all below
+};
+
 // Counters are 64 bits as two words, low first, summed over the rays of a frame.
 struct GpuCounters {
   uint queries[2];
@@ -103,6 +119,7 @@ struct DrawnChannel {
   uint64_t blocks;     // GpuBlock[]
   uint64_t subblocks;  // GpuSubblock[]
   uint64_t table;      // vec4[]: colour, extinction per world unit
+  uint64_t empty;      // finder none: voxels of a subblock that is empty everywhere
   uint64_t integrals;  // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
   float density_lo;    // effective range, stored units, inclusive
   float density_hi;
@@ -116,12 +133,15 @@ struct DrawnChannel {
 
 struct FrameParams {
   DrawnChannel channels[kMaxDrawnChannels];
-  uint64_t grid_tiles;  // uint[]: number of the tile's 512 cells, or kNone
-  uint64_t grid_cells;  // uint[][512]: block index or kNone
-  uint64_t pixels;      // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost)
-  uint64_t sums;        // vec4[], the band's: premultiplied colours of the samples so far, added
-  uint64_t probes;      // GpuProbe[], the band's
-  uint64_t counters;    // GpuCounters
+  uint64_t grid_tiles;   // uint[]: number of the tile's 512 cells, or kNone
+  uint64_t grid_cells;   // uint[][512]: block index or kNone
+  uint64_t octree;       // OctreeNode[], the root first
+  uint64_t cell_states;  // uint8_t[] of macrocells, x fastest
+  uint64_t boxes;        // vec3[2][]: corners of clusters, index space of the level
+  uint64_t pixels;       // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost)
+  uint64_t sums;         // vec4[], the band's: premultiplied colours of the samples so far, added
+  uint64_t probes;       // GpuProbe[], the band's
+  uint64_t counters;     // GpuCounters
 
   // The ray through pixel (px, py), with x = (2 px + 1) / width - 1 and y likewise downwards from +1, but for where
   // samplePlace() takes the place of the pixel's centre:
@@ -156,6 +176,9 @@ struct FrameParams {
       gradient_rows[3];  // world gradient = (dot(row 0, g), dot(row 1, g), dot(row 2, g)) of the index-space gradient g
   float transmittance_bound;  // a ray of which less is left stops
   vec3 light;                 // index-space direction whose world direction is the unit vector to the light
+  int octree_depth;           // the root's side is 2^octree_depth leaves
+  ivec3 cell_dims;            // macrocells of the level's box
+  float cell_voxels;          // their side
 };
 
 struct PushConstants {
@@ -197,11 +220,12 @@ BLOCKWALK_FUNCTION float opacityOfDepth(float depth) {
 static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
 static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
 static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
-static_assert(sizeof(DrawnChannel) == 64 && offsetof(FrameParams, grid_tiles) == 256);
-static_assert(offsetof(FrameParams, point_center) == 304 && offsetof(FrameParams, half_width) == 376);
-static_assert(offsetof(FrameParams, clip_planes) == 412 && offsetof(FrameParams, anchor) == 604);
-static_assert(offsetof(FrameParams, extinction_scale) == 652 && offsetof(FrameParams, background) == 656);
-static_assert(offsetof(FrameParams, gradient_rows) == 680 && offsetof(FrameParams, light) == 720);
+static_assert(sizeof(OctreeNode) == 8);
+static_assert(sizeof(DrawnChannel) == 72 && offsetof(FrameParams, grid_tiles) == 288);
+static_assert(offsetof(FrameParams, point_center) == 360 && offsetof(FrameParams, half_width) == 432);
+static_assert(offsetof(FrameParams, clip_planes) == 468 && offsetof(FrameParams, anchor) == 660);
+static_assert(offsetof(FrameParams, extinction_scale) == 708 && offsetof(FrameParams, background) == 712);
+static_assert(offsetof(FrameParams, gradient_rows) == 736 && offsetof(FrameParams, light) == 776);
 static_assert(sizeof(PushConstants) == 24);
 }  // namespace blockwalk::gpu
 #endif

@@ -5,6 +5,7 @@
 #include "interface.glsl"
 #include "ray.glsl"
 #include "blocks.glsl"
+#include "octree.glsl"
 #include "finders.glsl"
 #include "voxels.glsl"
 #include "field.glsl"
@@ -14,23 +15,34 @@
 #include "linear.glsl"
 #include "pre_integrated.glsl"
 #include "integrators.glsl"
+#include "march.glsl"
 
 layout(local_size_x = 64) in;
 
+// Steps of traverse(): blocks, among them those that a walk passes through at an edge, and ends of spans.
+int traversalBound() {
+  int blocks = frame.block_dims.x + frame.block_dims.y + frame.block_dims.z;
+  int bound = (kFinder == kFinderOctree ? 2 + kBlockSide : 2) * blocks + 8;
+  if (kFinder == kFinderOctree || !kFindsIntervals) return bound;
+  return bound + scene.cell_dims.x + scene.cell_dims.y + scene.cell_dims.z;
+}
+
 uint traverse(Ray ray, inout Ink ink, inout Work work) {
+  if (kFinder == kFinderNone) return marchBox(ray, ink, work);
   uint crossed = 0u;
   uint block = kNone;
   float t = ray.t_min;
-  int bound = 2 * (frame.block_dims.x + frame.block_dims.y + frame.block_dims.z) + 8;
+  vec2 span = vec2(ray.t_min, kFindsIntervals ? ray.t_min : ray.t_max);
+  int bound = traversalBound();
   for (int i = 0; i < bound; ++i) {
     if (t >= ray.t_max) return crossed;
     if (block == kNone) {
-      block = findBlock(ray, t, work);
+      block = findBlock(ray, t, span, work);
       if (block == kNone) return crossed;
     }
     vec2 interval = blockInterval(ray, block);
-    float t_begin = max(interval.x, t);
-    float t_end = min(interval.y, ray.t_max);
+    float t_begin = max(interval.x, kFindsIntervals ? max(span.x, t) : t);
+    float t_end = min(interval.y, kFindsIntervals ? min(span.y, ray.t_max) : ray.t_max);
     if (t_end > t_begin && !blockIsCulled(block)) {
       if (kTally) work.block_visits += 1u;
       if (kMode == kModeBlocks) {
@@ -40,8 +52,9 @@ uint traverse(Ray ray, inout Ink ink, inout Work work) {
         if (ink.done) return crossed;
       }
     }
-    t = max(t, interval.y);
-    block = kWalk ? walkFrom(ray, block, interval.y) : kNone;
+    bool goes_on = !kFindsIntervals || interval.y < span.y;
+    t = max(t, goes_on ? interval.y : span.y);
+    block = kWalk && goes_on ? walkFrom(ray, block, interval.y) : kNone;
   }
   work.loop_bound_hits += 1u;
   return crossed;

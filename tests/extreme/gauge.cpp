@@ -12,8 +12,8 @@ namespace blockwalk::extreme {
 namespace {
 
 struct Stage : test::RendererTest {
-  using RendererTest::combinations;
   using RendererTest::draw;
+  using RendererTest::everyFinder;
   using RendererTest::makeScene;
   using RendererTest::with;
 };
@@ -69,7 +69,7 @@ double imageError(const Scenario& scenario) {
     built.view.filter = filter;
     const reference::Image expected = reference::renderImage(built.dense, built.view);
     EXPECT_EQ(showsSomething(expected, built.view), !scenario.blank);
-    for (const test::Combination& combination : Stage::combinations()) {
+    for (const test::Combination& combination : Stage::everyFinder()) {
       const Frame frame = Stage::draw(built.scene, Stage::with(built.view, combination));
       const double error = frameError(frame, expected);
       if (error > largest && error > 1) {
@@ -92,7 +92,7 @@ double wrongHits(const Scenario& scenario) {
     const reference::Image expected = reference::renderImage(built.dense, built.view);
     const auto is_hit = [](const reference::Pixel& pixel) { return pixel.voxel.x >= 0; };
     EXPECT_EQ(std::ranges::any_of(expected.pixels, is_hit), !scenario.blank);
-    for (const test::Combination& combination : Stage::combinations()) {
+    for (const test::Combination& combination : Stage::everyFinder()) {
       const Frame frame = Stage::draw(built.scene, Stage::with(built.view, combination));
       const test::ProbeError error = test::compareHits(frame, expected, 1 / unitDistance(built.scene.info));
       EXPECT_EQ(error.unexcused, 0u) << test::toString(combination) << ": " << error.worst;
@@ -112,7 +112,7 @@ double depthError(const DepthScenario& depth) {
   double largest = 0;
   for (Filter filter : depth.scenario.filters) {
     built.view.filter = filter;
-    for (const test::Combination& combination : Stage::combinations()) {
+    for (const test::Combination& combination : Stage::everyFinder()) {
       double lo = std::log(depth.lo), hi = std::log(depth.hi);
       View view = Stage::with(built.view, combination);
       while (hi - lo > kDepthPrecision) {

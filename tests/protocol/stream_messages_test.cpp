@@ -89,6 +89,15 @@ TEST(ServerMessages, HaveTheirMembers) {
   const json stats = parseJson(statsMessage(3, 4, {.gpu_ms = 2, .finder = "grid", .kernel = "k"}));
   EXPECT_EQ(stats["stats"]["finder"], "grid");
   EXPECT_EQ(stats["stats"].size(), 14u);  // the interface's list
+  RenderStats built;
+  built.finder_build.rebuilt = true;
+  built.finder_build.cell_voxels = 16;
+  built.finder_build.cells = 100;
+  built.finder_build.active_cells = 7;
+  const json region = parseJson(statsMessage(3, 4, built))["stats"]["finder_build"];
+  EXPECT_EQ(region["macrocell"], 16);
+  EXPECT_EQ(region["active_cells"], 7);
+  EXPECT_EQ(region["rebuilt"], true);
 }
 
 FrameHeader sampleHeader() {

@@ -27,7 +27,7 @@ TEST(ViewFields, ReadEveryMember) {
       "&classification=pre-integrated&tf-shape=stepped&iso=12.5"
       "&extinction=0.75&tf=0:000000:0,10:ff8000:0.5,20:ffffff:1&lit=on&clip=0,1,2,3,4,5&planes=1,0,0,-2.5;0,-1e-3,2,0&"
       "level=2&background=11223344"
-      "&finder=grid&walk=off&cull=off&output=position&samples=16&format=jpeg&quality=70");
+      "&finder=grid&macrocell=16&walk=off&cull=off&output=position&samples=16&format=jpeg&quality=70");
   const View& view = request.view;
   EXPECT_EQ(view.width, 640);
   EXPECT_EQ(view.height, 480);
@@ -54,6 +54,7 @@ TEST(ViewFields, ReadEveryMember) {
   EXPECT_EQ(view.level, 2);
   EXPECT_EQ(view.background, (std::array<std::uint8_t, 4>{0x11, 0x22, 0x33, 0x44}));
   EXPECT_EQ(view.finder, Finder::grid);
+  EXPECT_EQ(view.macrocell, 16);
   EXPECT_FALSE(view.walk);
   EXPECT_FALSE(view.cull);
   EXPECT_EQ(view.output, Output::position);
@@ -199,8 +200,10 @@ const BadField kBadFields[] = {
     {"background", "fff"},
     {"background", "#000000"},
     {"background", "00000-1f"},
-    {"finder", "octree"},
-    {"finder", "none"},
+    {"finder", "tree"},
+    {"finder", "None"},
+    {"macrocell", "12"},
+    {"macrocell", "0"},
     {"walk", "auto"},
     {"cull", "true"},
     {"output", "normal"},
@@ -317,7 +320,8 @@ TEST(ViewFields, QueryOfARequestGivesItBack) {
     const double lo = number(random);
     if (i % 3 == 1) view.channels[0].range = DensityRange{lo, lo + std::abs(number(random))};
     view.mode = static_cast<Mode>(i % 3);
-    view.finder = static_cast<Finder>(i % 3);
+    view.finder = static_cast<Finder>(i % 7);
+    view.macrocell = 8 * (i % 3);
     view.width = 1 + small(random);
     view.extinction = std::abs(number(random));
     view.background = {byte(), byte(), byte(), byte()};

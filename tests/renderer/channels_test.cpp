@@ -121,7 +121,7 @@ class ThreeChannels : public RendererTest {
 };
 
 TEST_F(ThreeChannels, AreTheSameForEveryFinderWalkAndCull) {
-  const std::vector<Combination> all = combinations();
+  const std::vector<Combination> all = everyFinder();
   for (const Look& look : {kLooks[2], kLooks[4]}) {
     const View view = lookAt(twoViews(scene_)[1], look);
     const Frame first = draw(scene_, with(view, all.front()));

@@ -125,7 +125,7 @@ TEST_F(FramesTest, AVolumeWithoutVoxelsShowsTheBackground) {
   all_empty.empty_thresholds = {255};
   Scene scene = makeScene(*makeSynthetic({.dims = {5, 4, 3}, .seed = 9}), all_empty);
   ASSERT_EQ(scene.info.channels[0].nonempty_voxels, 0u);
-  for (const Combination& combination : combinations()) {
+  for (const Combination& combination : allCombinations()) {
     for (Mode mode : {Mode::blend, Mode::first_hit, Mode::blocks}) {
       View view = viewOf(scene.info);
       view.mode = mode;

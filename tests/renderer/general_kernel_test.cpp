@@ -73,6 +73,11 @@ TEST_F(GeneralKernelTest, DrawsColourAsTheSpecialisedOnes) {
   View half = baseView();
   half.channels[0].range = DensityRange{.lo = 128, .hi = 255};
   expectSame(scene, half);
+  for (Finder finder : {Finder::query, Finder::clusters, Finder::boundary, Finder::octree, Finder::none}) {
+    const bool asks_rays = finder != Finder::octree && finder != Finder::none;
+    half.finder = finder;
+    if (!asks_rays || renderer().device().ray_query) expectSame(scene, half);
+  }
   View smooth = baseView();
   smooth.filter = Filter::linear;
   expectSame(scene, smooth);

@@ -187,6 +187,100 @@ TEST(Plan, FinderFollowsTheDevice) {
   EXPECT_THROW(planFor(query, info, {.ray_query = true, .software = false, .max_instances = 4}), ViewError);
 }
 
+constexpr DeviceTraits kSoftwareRays{.ray_query = true, .software = true, .max_instances = 1u << 24};
+
+Plan planWith(Finder finder, const VolumeInfo& info, View view = {}) {
+  view.finder = finder;
+  return planFor(view, info, kSoftwareRays);
+}
+
+TEST(Plan, EachFinderNeedsWhatItLooksIn) {
+  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
+  struct Needs {
+    Finder finder;
+    bool grid, instances, clusters, boundary, octree, empty, masks;
+  };
+  for (const Needs& needs : {Needs{Finder::query, false, true, false, false, false, false, false},
+                             {Finder::grid, true, false, false, false, false, false, false},
+                             {Finder::clusters, true, false, true, false, false, false, true},
+                             {Finder::boundary, true, false, false, true, false, false, true},
+                             {Finder::octree, false, false, false, false, true, false, false},
+                             {Finder::none, true, false, false, false, false, true, false}}) {
+    const Plan plan = planWith(needs.finder, info);
+    SCOPED_TRACE(finderName(needs.finder));
+    EXPECT_EQ(plan.key.finder, static_cast<std::uint32_t>(needs.finder));
+    EXPECT_EQ(plan.needs_grid, needs.grid);
+    EXPECT_EQ(plan.needs_instances, needs.instances);
+    EXPECT_EQ(plan.needs_clusters, needs.clusters);
+    EXPECT_EQ(plan.needs_boundary, needs.boundary);
+    EXPECT_EQ(plan.needs_octree, needs.octree);
+    EXPECT_EQ(plan.needs_empty, needs.empty);
+    EXPECT_EQ(plan.needs_masks, needs.masks);
+    EXPECT_EQ(plan.queriesRays(), needs.instances || needs.clusters || needs.boundary);
+    EXPECT_EQ(plan.cell_voxels, needs.clusters || needs.boundary ? 8 : 0);
+  }
+}
+
+TEST(Plan, WithoutSkippingThereIsNeitherWalkNorCull) {
+  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
+  View view;
+  view.channels[0].range = DensityRange{100, 200};
+  const Plan plan = planWith(Finder::none, info, view);
+  EXPECT_EQ(plan.key.cull, 0u);
+  EXPECT_FALSE(plan.needs_masks);
+  for (bool walk : {false, true}) {
+    for (bool cull : {false, true}) {
+      view.walk = walk;
+      view.cull = cull;
+      EXPECT_EQ(planWith(Finder::none, info, view).key, plan.key);
+    }
+  }
+}
+
+TEST(Plan, MacrocellsAreWholeSubblocksAndBlocksWhereBlocksAreCounted) {
+  VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
+  View view;
+  EXPECT_EQ(planWith(Finder::boundary, info, view).cell_voxels, 8);
+  view.macrocell = 32;
+  EXPECT_EQ(planWith(Finder::clusters, info, view).cell_voxels, 32);
+  view.mode = Mode::blocks;
+  EXPECT_EQ(planWith(Finder::clusters, info, view).cell_voxels, 48);
+  view.mode = Mode::blend;
+  info.subblock_side = 16;
+  view.macrocell = kAutoMacrocell;
+  EXPECT_EQ(planWith(Finder::boundary, info, view).cell_voxels, 16);
+  view.macrocell = 8;
+  EXPECT_THROW(planWith(Finder::boundary, info, view), ViewError);
+  EXPECT_EQ(planWith(Finder::grid, info, view).cell_voxels, 0) << "what the finder does not read is not judged";
+  view.macrocell = 12;
+  EXPECT_THROW(resolveView(view, info), ViewError);
+}
+
+TEST(Plan, WhatTheDeviceCannotFindIsRefused) {
+  const auto fieldOf = [](Finder finder, const VolumeInfo& info, const DeviceTraits& device) {
+    View view;
+    view.finder = finder;
+    view.level = 0;
+    try {
+      planFor(view, info, device);
+    } catch (const ViewError& error) {
+      return error.field;
+    }
+    return std::string();
+  };
+  VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
+  for (Finder finder : {Finder::clusters, Finder::boundary}) {
+    EXPECT_EQ(fieldOf(finder, info, {}), "finder");
+    EXPECT_EQ(fieldOf(finder, info, kSoftwareRays), "");
+    info.levels[0].dims = {2048, 2048, 2048};
+    EXPECT_EQ(fieldOf(finder, info, kSoftwareRays), "");
+    info.levels[0].dims = {2048, 2049, 2048};
+    EXPECT_EQ(fieldOf(finder, info, kSoftwareRays), "finder");
+    info.levels[0].dims = {512, 512, 512};
+  }
+  for (Finder finder : {Finder::octree, Finder::none}) EXPECT_EQ(fieldOf(finder, info, {}), "");
+}
+
 TEST(Plan, PlanesThatCutNothingAreLeftOut) {
   const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);  // 0..512 along each axis
   View view;

@@ -7,6 +7,8 @@
 #include <cstdlib>
 #include <mutex>
 
+#include "renderer/plan.h"
+
 namespace blockwalk::test {
 namespace {
 
@@ -50,10 +52,7 @@ std::filesystem::path dataFolder() {
 }
 
 std::string toString(const Combination& combination) {
-  const char* finder = combination.finder == Finder::query  ? "query"
-                       : combination.finder == Finder::grid ? "grid"
-                                                            : "auto";
-  return fmt::format("{}, walk {}, cull {}", finder, combination.walk, combination.cull);
+  return fmt::format("{}, walk {}, cull {}", finderName(combination.finder), combination.walk, combination.cull);
 }
 
 std::string toString(const View& view) {
@@ -119,6 +118,31 @@ std::vector<Combination> RendererTest::combinations() {
   for (Finder finder : finders) {
     for (bool walk : {false, true}) {
       for (bool cull : {false, true}) result.push_back({.finder = finder, .walk = walk, .cull = cull});
+    }
+  }
+  return result;
+}
+
+std::vector<Finder> RendererTest::otherFinders() {
+  std::vector<Finder> finders{Finder::octree, Finder::none};
+  if (renderer().device().ray_query) finders.insert(finders.begin(), {Finder::clusters, Finder::boundary});
+  return finders;
+}
+
+std::vector<Combination> RendererTest::everyFinder() {
+  std::vector<Combination> result = combinations();
+  for (Finder finder : otherFinders()) result.push_back({.finder = finder});
+  return result;
+}
+
+std::vector<Combination> RendererTest::allCombinations() {
+  std::vector<Combination> result = combinations();
+  for (Finder finder : otherFinders()) {
+    for (bool walk : {false, true}) {
+      for (bool cull : {false, true}) {
+        if (finder == Finder::none && !(walk && cull)) continue;
+        result.push_back({.finder = finder, .walk = walk, .cull = cull});
+      }
     }
   }
   return result;

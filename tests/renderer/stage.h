@@ -50,8 +50,16 @@ class RendererTest : public ::testing::Test {
 
   // Builds the volume into a temporary file and makes it resident.
   static Scene makeScene(Source& source, const BuildOptions& options = {});
-  // Those the device can do; the first is the one the others are compared with.
+  // Those of the finders that ask for blocks, which the device can do; the first is the one the others are compared
+  // with.
   static std::vector<Combination> combinations();
+  // These, and each of the device's other finders once. They are many kernels, and most of a test's time is their
+  // making.
+  static std::vector<Combination> everyFinder();
+  // These, and all of the other finders. `none` neither walks nor culls: it is there once
+  // (tests/renderer/plan_test.cpp).
+  static std::vector<Combination> allCombinations();
+  static std::vector<Finder> otherFinders();
 
   static View with(View view, const Combination& combination);
   // Another volume file with the same voxels, not resident.
