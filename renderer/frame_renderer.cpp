@@ -72,7 +72,7 @@ void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, cons
                      .integrals = {},
                      .scale = source.scale,
                      .first = source.first,
-                     .last = static_cast<gpu::uint>(source.entries.size() - 1)};
+                     .last = static_cast<float>(source.entries.size() - 1)};
     if (plan.needs_integrals) table.integrals = uploadVector(device_, source.integrals);
     bound = std::move(table);  // all or nothing: memory may have run out above
   }

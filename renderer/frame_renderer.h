@@ -68,7 +68,7 @@ class FrameRenderer {
     Buffer integrals;
     float scale = 1;
     float first = 0;
-    gpu::uint last = 0;
+    float last = 0;
   };
 
   Device& device_;

@@ -7,6 +7,7 @@
 
 #include "renderer/density_scale.h"
 #include "renderer/grid.h"
+#include "renderer/subblock_layout.h"
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
@@ -102,8 +103,7 @@ VulkanVolume::VulkanVolume(Device& device, VolumeFile file, std::uint64_t chunk_
     : device_(device), serial_(nextSerial()), file_(std::move(file)), chunk_bytes_(chunk_bytes) {
   const VolumeInfo& info = file_.info();
   const auto cube = [](int side) { return static_cast<std::uint64_t>(side) * static_cast<std::uint64_t>(side * side); };
-  const std::uint64_t largest_block =
-      cube(info.block_side) * cube(info.subblock_side + 2) * voxelBytes(info.type);  // with its apron
+  const std::uint64_t largest_block = cube(info.block_side) * ringedSubblockBytes(info);
   chunk_bytes_ = std::max(std::min(chunk_bytes_, device.maxAllocationBytes()), largest_block);
   levels_.resize(2 * info.levels.size());
 }
@@ -179,11 +179,15 @@ void VulkanVolume::loadStored(int number, std::size_t channel, ResidentLevel& le
 
 void VulkanVolume::loadWithApron(ApronLevel& apron, std::size_t channel, ResidentLevel& level) {
   Level records = apron.records();
+  const std::uint64_t device_bytes = ringedSubblockBytes(file_.info());
+  std::vector<std::byte> plain;
   const auto read = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
     for (std::size_t block = first; block < end; ++block) {
-      const std::size_t bytes = records.blocks[block].subblock_count * apron.subblockBytes();
-      apron.readBlock(block, out.first(bytes));
-      out = out.subspan(bytes);
+      const std::size_t subblocks = records.blocks[block].subblock_count;
+      plain.resize(subblocks * apron.subblockBytes());
+      apron.readBlock(block, plain);
+      layOutRinged(file_.info(), plain, out.first(subblocks * device_bytes));
+      out = out.subspan(subblocks * device_bytes);
       // The ranges are known only now.
       const Block& read_block = apron.records().blocks[block];
       records.blocks[block] = read_block;
@@ -193,7 +197,7 @@ void VulkanVolume::loadWithApron(ApronLevel& apron, std::size_t channel, Residen
       }
     }
   };
-  upload(records, channel, apron.subblockBytes(), read, level);
+  upload(records, channel, device_bytes, read, level);
 }
 
 void VulkanVolume::upload(Level& records, std::size_t channel, std::uint64_t subblock_bytes, const ReadBlocks& read,

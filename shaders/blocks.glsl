@@ -45,5 +45,5 @@ uint walkFrom(Ray ray, uint block, float t_exit) {
   vec3 far = planeT(ray, blockCorner(block) + float(kBlockVoxels) * ray.forward);
   uint axis = far.x == t_exit ? 0u : (far.y == t_exit ? 1u : 2u);
   float up = axis == 0u ? ray.forward.x : (axis == 1u ? ray.forward.y : ray.forward.z);
-  return blockAt(block).neighbours[2u * axis + uint(up)];
+  return blockAt(block).neighbours[2u * axis + (up > 0.0 ? 1u : 0u)];
 }

@@ -20,7 +20,7 @@ void integrateBlock(Ray ray, uint block, float t_begin, float t_end, inout Ink i
   uint first_subblock = blockAt(block).first_subblock;
   Dda subblocks = enterDda(ray, blockCorner(block), side, count, latticeStrides(count), t_begin);
   for (int i = 0; i <= 3 * kBlockSide; ++i) {
-    uint rank = subblockRank(block, uint(subblocks.index));
+    uint rank = subblockRank(block, wholeNumber(subblocks.index));
     float t_exit = min(subblocks.t_exit, t_end);
     if (rank != kNoSubblock && t_exit > subblocks.t) {
       uint channels = channelsIn(first_subblock + rank);

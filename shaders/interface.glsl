@@ -2,11 +2,7 @@
 // Buffers and specialisation constants of the render kernel. The order of the ids is that of KernelKey (renderer/plan.h).
 #extension GL_EXT_buffer_reference2 : require
 #extension GL_EXT_scalar_block_layout : require
-#extension GL_EXT_shader_explicit_arithmetic_types_int8 : require
-#extension GL_EXT_shader_explicit_arithmetic_types_int16 : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-#extension GL_EXT_shader_8bit_storage : require
-#extension GL_EXT_shader_16bit_storage : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
@@ -75,10 +71,9 @@ BLOCKWALK_DERIVED int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SubblockArray { GpuSubblock at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintArray { uint at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer U8Array { uint8_t at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 2) readonly buffer U16Array { uint16_t at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer U64Array { uint64_t at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer F32Array { float at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TableArray { vec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer IntegralArray { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SumArray { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer PixelArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer ProbeArray { GpuProbe at[]; };

@@ -102,14 +102,14 @@ struct GpuProbe {
 struct DrawnChannel {
   uint64_t blocks;     // GpuBlock[]
   uint64_t subblocks;  // GpuSubblock[]
-  uint64_t table;      // vec4[]: colour, extinction per world unit
+  uint64_t table;      // uvec2[]: extinction per world unit as a float's bits, packed colour
   uint64_t integrals;  // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
   float density_lo;    // effective range, stored units, inclusive
   float density_hi;
   uint range_mask;
   float table_first;  // table index = (stored - table_first) * table_scale
   float table_scale;
-  uint table_last;
+  float table_last;
   float light_strength;  // light is full where the world gradient times this reaches 1
   uint padding;
 };
@@ -191,6 +191,13 @@ BLOCKWALK_FUNCTION float opacityOfDepth(float depth) {
     return depth * (1.0f - depth * (0.5f - depth * (0.16666667f - depth * (0.041666668f - depth * 0.0083333333f))));
   }
   return 1.0f - exp2(-1.44269504f * depth);
+}
+
+// A table's colours: 11 bits of red, 11 of green, 10 of blue. The rounding is an eighth of an 8-bit step at most.
+BLOCKWALK_FUNCTION vec3 unpackColor(uint bits) {
+  // Through signed integers: few CPUs convert unsigned ones.
+  return vec3(float(int(bits >> 21u)) * (1.0f / 2047.0f), float(int((bits >> 10u) & 2047u)) * (1.0f / 2047.0f),
+              float(int(bits & 1023u)) * (1.0f / 1023.0f));
 }
 
 #ifdef __cplusplus

@@ -40,7 +40,7 @@ Spot spotNear(uint block, vec3 place) {
   }
   vec3 in_block = clamp(place - blockCorner(block), vec3(0.0), vec3(block_side));
   vec3 local = min(floor(in_block * (1.0 / float(kSubblockSide))), vec3(kBlockSide - 1));
-  uint rank = subblockRank(block, uint(dot(local, latticeStrides(vec3(kBlockSide)))));
+  uint rank = subblockRank(block, wholeNumber(dot(local, latticeStrides(vec3(kBlockSide)))));
   if (rank == kNoSubblock) return spot;
   spot.voxels = subblockOfRank(firstSubblock(block), rank, 0u).at;
   spot.place = in_block - local * float(kSubblockSide);

@@ -24,7 +24,7 @@ void showVoxel(Sample s, Dda voxels, float length_t, vec3 corner, inout Ink ink)
 void addVoxel(int c, Ray ray, uint64_t address, Dda voxels, float length_t, vec3 corner, inout Sample mixture,
               inout Ink ink) {
   uint bits;
-  int index = int(voxels.index) + kApronOffset;
+  int index = int(wholeNumber(voxels.index)) + kApronOffset;
   float density = loadDensity(address, index, bits);
   if (!(length_t > 0.0) || (kTestVoxel && !isInRange(c, density))) return;
   Sample s = shadeDensity(c, density, colorOf(bits));

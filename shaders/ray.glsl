@@ -16,6 +16,10 @@ struct Ray {
 
 vec3 planeT(Ray ray, vec3 plane) { return (plane - ray.origin) * ray.inverse; }
 
+// A whole number of 0..2^23 - 1 as an integer: the last 23 bits of a float of 2^23 and more are its units. A conversion
+// would have to mind NaN and what is too large, for which lavapipe goes from lane to lane.
+uint wholeNumber(float number) { return floatBitsToUint(number + 8388608.0) & 0x7fffffu; }
+
 float min3(vec3 v) { return min(v.x, min(v.y, v.z)); }
 float max3(vec3 v) { return max(v.x, max(v.y, v.z)); }
 
