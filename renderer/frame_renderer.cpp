@@ -29,6 +29,7 @@ FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
     : device_(device),
       band_ms_(options.band_ms),
       kernels_(device),
+      visible_cells_(device),
       kept_sums_(device, options.kept_sum_bytes),
       ms_per_pixel_(device.isSoftware() ? 1e-3 : 1e-5) {
   if (device.rayQuery()) unit_box_ = buildUnitBox(device);
@@ -91,7 +92,10 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& vie
   for (std::size_t i = 0; i < channels.size(); ++i) {
     ResidentChannel& channel = *level.channels[channels[i]];
     params.channels[i].blocks = channel.blocks.address();
-    if (plan.needs_masks) params.channels[i].subblocks = volume.masks(channel).address();
+    if (plan.needs_cells) {
+      const StoredRange range{.lo = params.channels[i].density_lo, .hi = params.channels[i].density_hi};
+      params.channels[i].cells = visible_cells_.find(volume, plan, channel, range).address();
+    }
     if (plan.needs_table) bindTable(view, volume, plan, plan.channels[i], params.channels[i]);
   }
   if (plan.needs_grid) {

@@ -9,6 +9,7 @@
 #include "renderer/output_values.h"
 #include "renderer/resident_volume.h"
 #include "renderer/transfer_table.h"
+#include "renderer/visible_cells.h"
 
 namespace blockwalk {
 
@@ -74,6 +75,7 @@ class FrameRenderer {
   Device& device_;
   double band_ms_;
   Kernels kernels_;
+  VisibleCells visible_cells_;
   AccelerationStructure unit_box_;
   vk::DescriptorSet instances_;
   vk::raii::CommandPool pool_{nullptr};

@@ -115,7 +115,7 @@ struct RenderOptions {
 
 // A piece of a volume on the device.
 struct ResidentPart {
-  std::string what;  // voxels, blocks, masks, grid, instances
+  std::string what;  // voxels, blocks, masks, cells, grid, instances
   int level = 0;
   bool apron = false;  // of the level whose subblocks carry a ring (volume/apron.h)
   static constexpr int kAllChannels = -1;

@@ -130,6 +130,9 @@ std::vector<ResidentPart> VulkanVolume::parts() const {
       add("voxels", number, voxels);
       add("blocks", number, channel.blocks.bytes());
       add("masks", number, channel.masks.bytes());
+      std::uint64_t cells = 0;
+      for (const ResidentCells& of_range : channel.visible_cells) cells += of_range.cells.bytes();
+      add("cells", number, cells);
     }
     if (level.grid) add("grid", ResidentPart::kAllChannels, level.grid->tiles.bytes() + level.grid->cells.bytes());
     if (level.instances) add("instances", ResidentPart::kAllChannels, level.instances->storage.bytes());

@@ -4,6 +4,7 @@
 //                            - when a frame draws that channel of that level; with an apron (volume/apron.h) beside
 //                              those without, each when a frame needs it;
 //   its subblock masks       - when a frame culls by that channel on the level;
+//   its visible cells        - the same, of the last few ranges;
 //   block grid               - when the grid finder is used on the level;
 //   acceleration structures  - when the query finder is used on the level.
 #pragma once
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include "renderer/acceleration.h"
+#include "renderer/plan.h"
 #include "renderer/renderer.h"
 #include "shaders/kernel_interface.h"
 #include "volume/apron.h"
@@ -28,10 +30,17 @@ struct GridBuffers {
   Buffer cells;
 };
 
+// The cells that may show something in a range (renderer/visible_cells.h).
+struct ResidentCells {
+  StoredRange range;
+  Buffer cells;  // uint[2][], one a subblock
+};
+
 struct ResidentChannel {
   Buffer blocks;
-  Buffer masks;                      // GpuSubblock[]
-  std::vector<Buffer> voxel_chunks;  // equal but for the last; no block crosses from one to the next
+  Buffer masks;                              // GpuSubblock[]
+  std::vector<Buffer> voxel_chunks;          // equal but for the last; no block crosses from one to the next
+  std::vector<ResidentCells> visible_cells;  // the latest first
   // What the masks are made of; nothing once they are.
   std::vector<gpu::GpuSubblock> ranges;
 };

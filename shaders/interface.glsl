@@ -38,6 +38,7 @@ layout(push_constant, scalar) uniform Push {
 #define kChannels int(choices[16])
 #define kCount (choices[17] != 0u)
 #define kProbe (choices[18] != 0u)
+#define kFineTable (choices[19] != 0u)
 #else
 layout(push_constant, scalar) uniform Push { PushConstants push; };
 #define BLOCKWALK_DERIVED const
@@ -60,6 +61,7 @@ layout(constant_id = 15) const bool kAntialias = false;  // several samples a pi
 layout(constant_id = 16) const int kChannels = 1;        // drawn
 layout(constant_id = 17) const bool kCount = true;
 layout(constant_id = 18) const bool kProbe = false;
+layout(constant_id = 19) const bool kFineTable = false;  // the nearest entry of a table will do
 #endif
 
 BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
@@ -69,10 +71,6 @@ BLOCKWALK_DERIVED bool kTally = kCount || kOutput == kOutputCost;  // count a ra
 BLOCKWALK_DERIVED int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SubblockArray { GpuSubblock at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintArray { uint at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer U64Array { uint64_t at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer F32Array { float at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer IntegralArray { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SumArray { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer PixelArray { uint at[]; };
@@ -84,10 +82,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Fra
 layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
 #endif
 
-#define frame Frame(push.frame).params
+// All of the frame, read before the first branch: there lavapipe reads what is the same for all lanes once, behind it once a
+// lane. What a kernel does not use is not read.
+FrameParams frame;
 
-// What the loops need of the frame, read once: a load by address inside a loop costs more than the arithmetic around it
-// (on lavapipe it is one load a lane).
+// What the loops need of the frame.
 struct Scene {
   DrawnChannel channels[kMaxDrawnChannels];
   uint64_t grid_tiles;
@@ -108,6 +107,7 @@ Scene scene;
 #define forEachChannel(c) [[unroll]] for (int c = 0; c < kChannels; ++c)
 
 void loadScene() {
+  frame = Frame(push.frame).params;
   forEachChannel(c) scene.channels[c] = frame.channels[c];
   scene.grid_tiles = frame.grid_tiles;
   scene.grid_cells = frame.grid_cells;

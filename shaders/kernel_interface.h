@@ -51,7 +51,7 @@ BLOCKWALK_CONST uint kOutputCost = 2;
 BLOCKWALK_CONST uint kFinderQuery = 1;
 BLOCKWALK_CONST uint kFinderGrid = 2;
 
-BLOCKWALK_CONST int kChoiceCount = 19;  // specialisation constants
+BLOCKWALK_CONST int kChoiceCount = 20;  // specialisation constants
 
 BLOCKWALK_CONST uint kNone = 0xffffffffu;
 BLOCKWALK_CONST uint kNoSubblock = 255u;  // in GpuBlock::indices
@@ -101,7 +101,7 @@ struct GpuProbe {
 // and indices are equal, ranges, masks and voxels are each channel's own.
 struct DrawnChannel {
   uint64_t blocks;     // GpuBlock[]
-  uint64_t subblocks;  // GpuSubblock[]
+  uint64_t cells;      // uvec2[]: of each subblock the cells that may show something (shaders/visible_cells.comp)
   uint64_t table;      // uvec2[]: extinction per world unit as a float's bits, packed colour
   uint64_t integrals;  // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
   float density_lo;    // effective range, stored units, inclusive
@@ -158,6 +158,19 @@ struct FrameParams {
   vec3 light;                 // index-space direction whose world direction is the unit vector to the light
 };
 
+// For shaders/visible_cells.comp: one channel of a level, and the stored densities that can be seen.
+struct VisibleCellsPush {
+  uint64_t blocks;  // GpuBlock[]
+  uint64_t masks;   // GpuSubblock[]
+  uint64_t cells;   // uint[2][], written
+  float density_lo;
+  float density_hi;
+  uint first_block;  // of this dispatch
+  uint block_count;  // of the level
+  uint subblock_count;
+  uint padding;
+};
+
 struct PushConstants {
   uint64_t frame;  // FrameParams
   int row_begin;   // first row of the band
@@ -209,7 +222,7 @@ static_assert(offsetof(FrameParams, point_center) == 304 && offsetof(FrameParams
 static_assert(offsetof(FrameParams, clip_planes) == 412 && offsetof(FrameParams, anchor) == 604);
 static_assert(offsetof(FrameParams, extinction_scale) == 652 && offsetof(FrameParams, background) == 656);
 static_assert(offsetof(FrameParams, gradient_rows) == 680 && offsetof(FrameParams, light) == 720);
-static_assert(sizeof(PushConstants) == 24);
+static_assert(sizeof(PushConstants) == 24 && sizeof(VisibleCellsPush) == 48);
 }  // namespace blockwalk::gpu
 #endif
 #endif

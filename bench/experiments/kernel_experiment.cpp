@@ -103,6 +103,7 @@ bool isNeeded(const ResidentPart& part, const Plan& plan) {
   const auto isOf = [&](const ChannelPlan& drawn) { return part.channel == static_cast<int>(drawn.channel); };
   if (part.channel != ResidentPart::kAllChannels && std::ranges::none_of(plan.channels, isOf)) return false;
   if (part.what == "masks") return plan.needs_masks;
+  if (part.what == "cells") return plan.needs_cells;
   if (part.what == "grid") return plan.needs_grid;
   if (part.what == "instances") return plan.needs_instances;
   return true;
