@@ -114,7 +114,7 @@ void ActiveRegions::classify(ActiveRegion& region, const ResidentLevel& level) {
   const RegionKey& key = region.key;
   const std::uint64_t cells = cellCount(region.cell_dims);
   reserve(device_, classified_, cells, BufferUse::readback);
-  reserve(device_, region.states, cells, BufferUse::resident);
+  reserve(device_, region.states, (cells + 3) / 4 * 4, BufferUse::resident);  // the render kernel reads words
   region.occupied = 0;
   std::vector<glm::vec2> intervals;
   for (const RegionChannel& drawn : key.channels) {

@@ -68,10 +68,8 @@ bool supportsRayQuery(const vk::raii::PhysicalDevice& device) {
 std::string missingFeatures(const vk::raii::PhysicalDevice& device) {
   const auto properties = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceVulkan11Properties>();
   if (properties.get<vk::PhysicalDeviceProperties2>().properties.apiVersion < VK_API_VERSION_1_2) return "Vulkan 1.2";
-  const auto features = device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan11Features,
-                                            vk::PhysicalDeviceVulkan12Features>();
+  const auto features = device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features>();
   const auto& core = features.get<vk::PhysicalDeviceFeatures2>().features;
-  const auto& v11 = features.get<vk::PhysicalDeviceVulkan11Features>();
   const auto& v12 = features.get<vk::PhysicalDeviceVulkan12Features>();
   const auto operations = properties.get<vk::PhysicalDeviceVulkan11Properties>().subgroupSupportedOperations;
   std::string missing;
@@ -79,8 +77,6 @@ std::string missingFeatures(const vk::raii::PhysicalDevice& device) {
     if (!present) missing += fmt::format("{}{}", missing.empty() ? "" : ", ", name);
   };
   need(core.shaderInt64, "shaderInt64");
-  need(core.shaderInt16, "shaderInt16");
-  need(v11.storageBuffer16BitAccess, "storageBuffer16BitAccess");
   need(v12.storageBuffer8BitAccess, "storageBuffer8BitAccess");
   need(v12.shaderInt8, "shaderInt8");
   need(v12.bufferDeviceAddress, "bufferDeviceAddress");
@@ -198,13 +194,11 @@ void Device::createDevice(const DeviceOptions& options) {
   timestamp_mask_ =
       family->timestampValidBits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << family->timestampValidBits) - 1;
 
-  vk::StructureChain<vk::DeviceCreateInfo, vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan11Features,
-                     vk::PhysicalDeviceVulkan12Features, vk::PhysicalDeviceAccelerationStructureFeaturesKHR,
-                     vk::PhysicalDeviceRayQueryFeaturesKHR>
+  vk::StructureChain<vk::DeviceCreateInfo, vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
+                     vk::PhysicalDeviceAccelerationStructureFeaturesKHR, vk::PhysicalDeviceRayQueryFeaturesKHR>
       chain;
   auto& core = chain.get<vk::PhysicalDeviceFeatures2>().features;
-  core.shaderInt64 = core.shaderInt16 = VK_TRUE;
-  chain.get<vk::PhysicalDeviceVulkan11Features>().storageBuffer16BitAccess = VK_TRUE;
+  core.shaderInt64 = VK_TRUE;
   auto& v12 = chain.get<vk::PhysicalDeviceVulkan12Features>();
   v12.storageBuffer8BitAccess = v12.shaderInt8 = v12.bufferDeviceAddress = v12.scalarBlockLayout = v12.hostQueryReset =
       VK_TRUE;

@@ -31,6 +31,7 @@ FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
     : device_(device),
       band_ms_(options.band_ms),
       kernels_(device),
+      visible_cells_(device),
       regions_(device),
       kept_sums_(device, options.kept_sum_bytes),
       ms_per_pixel_(device.isSoftware() ? 1e-3 : 1e-5) {
@@ -75,7 +76,7 @@ void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, cons
                      .integrals = {},
                      .scale = source.scale,
                      .first = source.first,
-                     .last = static_cast<gpu::uint>(source.entries.size() - 1)};
+                     .last = static_cast<float>(source.entries.size() - 1)};
     if (plan.needs_integrals) table.integrals = uploadVector(device_, source.integrals);
     bound = std::move(table);  // all or nothing: memory may have run out above
   }
@@ -116,7 +117,10 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& vie
   for (std::size_t i = 0; i < channels.size(); ++i) {
     ResidentChannel& channel = *level.channels[channels[i]];
     params.channels[i].blocks = channel.blocks.address();
-    if (plan.needs_masks) params.channels[i].subblocks = volume.masks(channel).address();
+    if (plan.needs_cells) {
+      const StoredRange range{.lo = params.channels[i].density_lo, .hi = params.channels[i].density_hi};
+      params.channels[i].cells = visible_cells_.find(volume, plan, channel, range).address();
+    }
     if (plan.needs_empty) {
       params.channels[i].empty = volume.emptySubblock(channel, channels[i], plan.needs_apron).address();
     }

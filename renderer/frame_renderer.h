@@ -10,6 +10,7 @@
 #include "renderer/output_values.h"
 #include "renderer/resident_volume.h"
 #include "renderer/transfer_table.h"
+#include "renderer/visible_cells.h"
 
 namespace blockwalk {
 
@@ -71,12 +72,13 @@ class FrameRenderer {
     Buffer integrals;
     float scale = 1;
     float first = 0;
-    gpu::uint last = 0;
+    float last = 0;
   };
 
   Device& device_;
   double band_ms_;
   Kernels kernels_;
+  VisibleCells visible_cells_;
   AccelerationStructure unit_box_;
   ActiveRegions regions_;
   FinderBuild finder_build_;  // of the frame at hand

@@ -9,12 +9,14 @@
 #include <iterator>
 #include <limits>
 
+#include "renderer/transfer_table.h"
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
 namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kHollowShare = 0.75;  // of stored voxels; with more non-empty ones the search costs what it saves
 
 float floatAtLeast(double value) {
   const auto rounded = static_cast<float>(value);
@@ -146,6 +148,30 @@ bool isOpen(const std::vector<ChannelPlan>& channels, const VolumeInfo& info) {
          });
 }
 
+// Whether colour and opacity change so little from an entry of a channel's table to the next that the nearest one is
+// right to a quarter of an 8-bit step in colour, and to a sixteenth in the opacity of a step.
+bool isFine(const View& view, const ChannelInfo& info, const ChannelPlan& channel) {
+  const std::vector<TransferPoint>& points = view.channels[channel.channel].transfer;
+  if (view.transfer_shape != TransferShape::linear) return false;
+  const double width = std::max<double>(std::min<double>(channel.range.hi, info.density_max), channel.range.lo) -
+                       std::min<double>(channel.range.lo, info.density_min);
+  const double half_entry = 0.5 * info.value_scale * std::max(width, 1.0) / (kTableEntries - 1);
+  const double steps = std::max(view.step, 1.0);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double share = half_entry / (points[i].value - points[i - 1].value);  // infinite where a step is
+    const glm::dvec3 change = glm::abs(points[i].color - points[i - 1].color);
+    if (!(share * std::max({change.r, change.g, change.b}) <= 0.25 / 255)) return false;
+    if (!(share * steps * std::abs(points[i].opacity - points[i - 1].opacity) <= 0.0625 / 255)) return false;
+  }
+  return true;
+}
+
+// Whether many of the stored voxels are empty, so that it pays to look which.
+bool isHollow(const VolumeInfo& info) {
+  const double stored = static_cast<double>(info.levels[0].subblock_count) * static_cast<double>(info.subblockVoxels());
+  return static_cast<double>(info.channels[0].nonempty_voxels) < kHollowShare * stored;
+}
+
 }  // namespace
 
 std::string_view finderName(Finder finder) {
@@ -175,6 +201,7 @@ std::string describe(const KernelKey& key) {
   if (key.channels > 1) text += fmt::format(" {} channels", key.channels);
   add(key.count, "count");
   add(key.probe, "probe");
+  add(key.fine_table, "fine-table");
   return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
 }
 
@@ -272,8 +299,10 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   const bool skips = finder != Finder::none;
   key.walk = view.walk && skips ? 1 : 0;
   // Of several channels one may be absent from a subblock that is stored for another.
-  key.cull = view.cull && skips && (!open || plan.channels.size() > 1) ? 1 : 0;
-  plan.needs_masks = key.cull != 0 || plan.needsRegion();
+  const bool hides = !open || (!blocks && (plan.channels.size() > 1 || isHollow(info)));
+  key.cull = view.cull && skips && hides ? 1 : 0;
+  plan.needs_cells = key.cull != 0 && !blocks;
+  plan.needs_masks = plan.needs_cells || plan.needsRegion();
   key.range_open = open ? 1 : 0;
   // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
   // extinction.
@@ -293,6 +322,13 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   key.channels = static_cast<std::uint32_t>(std::max<std::size_t>(plan.channels.size(), 1));
   key.count = count ? 1 : 0;
   key.probe = probe ? 1 : 0;
+  const bool looks_up = plan.needs_table && colored && view.mode != Mode::first_hit && view.mode != Mode::iso;
+  key.fine_table = looks_up && std::ranges::all_of(plan.channels,
+                                                   [&](const ChannelPlan& channel) {
+                                                     return isFine(view, info.channels[channel.channel], channel);
+                                                   })
+                       ? 1
+                       : 0;
   return plan;
 }
 

@@ -17,7 +17,7 @@ struct KernelKey {
   std::uint32_t mode = 0;
   std::uint32_t finder = 0;
   std::uint32_t walk = 0;
-  std::uint32_t cull = 0;        // on only where the range excludes something
+  std::uint32_t cull = 0;        // on only where something that is stored cannot be seen
   std::uint32_t range_open = 0;  // every non-empty voxel is in the range, and its channel drawn
   std::uint32_t test_voxel = 0;  // a stored voxel may have to be left out, and its extinction does not say so
   std::uint32_t clip = 0;        // some plane cuts the volume
@@ -32,6 +32,7 @@ struct KernelKey {
   std::uint32_t channels = 1;  // drawn
   std::uint32_t count = 0;
   std::uint32_t probe = 0;
+  std::uint32_t fine_table = 0;  // entries are so close that the nearest will do
   auto operator<=>(const KernelKey&) const = default;
 };
 constexpr std::uint32_t kKernelConstants = sizeof(KernelKey) / sizeof(std::uint32_t);
@@ -82,6 +83,7 @@ struct Plan {
   bool needs_table = false;
   bool needs_integrals = false;  // of the table, for pre-integration
   bool needs_masks = false;      // minimum, maximum and range mask of subblocks
+  bool needs_cells = false;      // which cells of subblocks may show something
   bool general = false;          // RenderOptions::general: `key` is read at run time
   bool is_blank = false;         // nothing can be seen: no kernel at all, only background
 

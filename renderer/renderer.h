@@ -131,7 +131,7 @@ struct RenderOptions {
 
 // A piece of a volume on the device.
 struct ResidentPart {
-  std::string what;  // voxels, blocks, masks, macrocells, empty, grid, octree, instances
+  std::string what;  // voxels, blocks, masks, cells, macrocells, empty, grid, octree, instances
   int level = 0;
   bool apron = false;  // of the level whose subblocks carry a ring (volume/apron.h)
   static constexpr int kAllChannels = -1;

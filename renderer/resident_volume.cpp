@@ -8,6 +8,7 @@
 #include "renderer/density_scale.h"
 #include "renderer/grid.h"
 #include "renderer/octree.h"
+#include "renderer/subblock_layout.h"
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
@@ -118,8 +119,7 @@ VulkanVolume::VulkanVolume(Device& device, VolumeFile file, std::uint64_t chunk_
     : device_(device), serial_(nextSerial()), file_(std::move(file)), chunk_bytes_(chunk_bytes) {
   const VolumeInfo& info = file_.info();
   const auto cube = [](int side) { return static_cast<std::uint64_t>(side) * static_cast<std::uint64_t>(side * side); };
-  const std::uint64_t largest_block =
-      cube(info.block_side) * cube(info.subblock_side + 2) * voxelBytes(info.type);  // with its apron
+  const std::uint64_t largest_block = cube(info.block_side) * ringedSubblockBytes(info);
   chunk_bytes_ = std::max(std::min(chunk_bytes_, device.maxAllocationBytes()), largest_block);
   levels_.resize(2 * info.levels.size());
 }
@@ -150,6 +150,9 @@ std::vector<ResidentPart> VulkanVolume::parts() const {
       std::uint64_t macrocells = 0;
       for (const auto& [side, cells] : channel.macrocells) macrocells += cells.ranges.bytes();
       add("macrocells", number, macrocells);
+      std::uint64_t cells = 0;
+      for (const ResidentCells& of_range : channel.visible_cells) cells += of_range.cells.bytes();
+      add("cells", number, cells);
     }
     if (level.grid) add("grid", ResidentPart::kAllChannels, level.grid->tiles.bytes() + level.grid->cells.bytes());
     for (const auto& octree : level.octrees) {
@@ -202,11 +205,15 @@ void VulkanVolume::loadStored(int number, std::size_t channel, ResidentLevel& le
 
 void VulkanVolume::loadWithApron(ApronLevel& apron, std::size_t channel, ResidentLevel& level) {
   Level records = apron.records();
+  const std::uint64_t device_bytes = ringedSubblockBytes(file_.info());
+  std::vector<std::byte> plain;
   const auto read = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
     for (std::size_t block = first; block < end; ++block) {
-      const std::size_t bytes = records.blocks[block].subblock_count * apron.subblockBytes();
-      apron.readBlock(block, out.first(bytes));
-      out = out.subspan(bytes);
+      const std::size_t subblocks = records.blocks[block].subblock_count;
+      plain.resize(subblocks * apron.subblockBytes());
+      apron.readBlock(block, plain);
+      layOutRinged(file_.info(), plain, out.first(subblocks * device_bytes));
+      out = out.subspan(subblocks * device_bytes);
       // The ranges are known only now.
       const Block& read_block = apron.records().blocks[block];
       records.blocks[block] = read_block;
@@ -216,7 +223,7 @@ void VulkanVolume::loadWithApron(ApronLevel& apron, std::size_t channel, Residen
       }
     }
   };
-  upload(records, channel, apron.subblockBytes(), read, level);
+  upload(records, channel, device_bytes, read, level);
 }
 
 void VulkanVolume::upload(Level& records, std::size_t channel, std::uint64_t subblock_bytes, const ReadBlocks& read,
@@ -269,9 +276,10 @@ const Buffer& VulkanVolume::masks(ResidentChannel& channel) {
 
 const Buffer& VulkanVolume::emptySubblock(ResidentChannel& channel, std::size_t number, bool apron) {
   if (channel.empty.bytes() == 0) {
-    const auto side = static_cast<std::size_t>(info().subblock_side + (apron ? 2 : 0));
+    // Every voxel is the same, so their order does not matter.
+    const std::uint64_t plain_bytes = info().subblockVoxels() * voxelBytes(info().type);
     const float value = emptyValue(info().type, info().channels[number]);
-    std::vector<std::byte> voxels(side * side * side * voxelBytes(info().type));
+    std::vector<std::byte> voxels(apron ? ringedSubblockBytes(info()) : plain_bytes);
     for (std::size_t at = 0; at < voxels.size(); at += voxelBytes(info().type)) {
       writeDensity(info().type, value, voxels.data() + at);
     }

@@ -4,6 +4,7 @@
 //                            - when a frame draws that channel of that level; with an apron (volume/apron.h) beside
 //                              those without, each when a frame needs it;
 //   its subblock masks       - when a frame culls by that channel on the level;
+//   its visible cells        - the same, of the last few ranges;
 //   block grid               - when a finder that looks blocks up in it is used on the level;
 //   octree                   - when the octree finder is, over subblocks or, to count them, blocks;
 //   ranges of macrocells     - when a finder first looks for what is active in cells of that size;
@@ -20,6 +21,7 @@
 #include <vector>
 
 #include "renderer/acceleration.h"
+#include "renderer/plan.h"
 #include "renderer/renderer.h"
 #include "shaders/kernel_interface.h"
 #include "volume/apron.h"
@@ -45,12 +47,19 @@ struct Macrocells {
   std::uint32_t occupied = 0;
 };
 
+// The cells that may show something in a range (renderer/visible_cells.h).
+struct ResidentCells {
+  StoredRange range;
+  Buffer cells;  // uint[2][], one a subblock
+};
+
 struct ResidentChannel {
   Buffer blocks;
-  Buffer masks;                          // GpuSubblock[]
-  std::map<int, Macrocells> macrocells;  // by their side, voxels
-  Buffer empty;                          // voxels of one subblock that is empty everywhere
-  std::vector<Buffer> voxel_chunks;      // equal but for the last; no block crosses from one to the next
+  Buffer masks;                              // GpuSubblock[]
+  std::vector<ResidentCells> visible_cells;  // the latest first
+  std::map<int, Macrocells> macrocells;      // by their side, voxels
+  Buffer empty;                              // voxels of one subblock that is empty everywhere
+  std::vector<Buffer> voxel_chunks;          // equal but for the last; no block crosses from one to the next
   // What the masks are made of; nothing once they are.
   std::vector<gpu::GpuSubblock> ranges;
 };

@@ -2,6 +2,7 @@
 #include "renderer/transfer_table.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "renderer/density_scale.h"
@@ -32,10 +33,16 @@ TransferPoint evaluate(const TransferFunction& transfer, double value) {
 }
 
 // Extinction sigma with 1 - exp(-sigma * unit) = opacity.
-glm::vec4 entryOf(const TransferPoint& point, double unit_distance) {
+std::uint64_t entryOf(const TransferPoint& point, double unit_distance) {
   const double sigma =
       point.opacity >= 1 ? kOpaqueExtinction : std::min(-std::log1p(-point.opacity), kOpaqueExtinction);
-  return {glm::vec3(point.color), static_cast<float>(std::min(sigma / unit_distance, 1e35))};
+  const auto extinction = static_cast<float>(std::min(sigma / unit_distance, 1e35));
+  const auto level = [](double value, double last) {
+    return static_cast<std::uint64_t>(std::clamp(value, 0.0, 1.0) * last + 0.5);
+  };
+  const std::uint64_t color =
+      level(point.color.r, 2047) << 21 | level(point.color.g, 2047) << 10 | level(point.color.b, 1023);
+  return color << 32 | std::bit_cast<std::uint32_t>(extinction);
 }
 
 bool isExact(const View& view, const VolumeInfo& info) {
@@ -46,7 +53,7 @@ bool isExact(const View& view, const VolumeInfo& info) {
 TransferTable bakeExact(const TransferFunction& transfer, VoxelType type, const ChannelInfo& channel,
                         StoredRange visible) {
   TransferTable table;
-  table.entries.assign(type == VoxelType::u8 ? 256 : 65536, glm::vec4(0));
+  table.entries.assign(type == VoxelType::u8 ? 256 : 65536, 0);
   for (std::size_t stored = 0; stored < table.entries.size(); ++stored) {
     const auto value = static_cast<float>(stored);
     if (value < visible.lo || value > visible.hi) continue;

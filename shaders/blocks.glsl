@@ -25,25 +25,13 @@ uint subblockRank(uint block, uint local) {
   return (blockAt(block).indices[local >> 2] >> ((local & 3u) * 8u)) & 255u;
 }
 
-bool blockIsCulled(uint block) { return kCull && !blockMeetsRange(block); }
-
-// Bit c: drawn channel c may show something in the subblock.
-uint channelsIn(uint subblock) {
-  if (!kCull) return (1u << kChannels) - 1u;
-  uint channels = 0u;
-  forEachChannel(c) {
-    GpuSubblock record = SubblockArray(scene.channels[c].subblocks).at[subblock];
-    bool culled = (record.range_mask & scene.channels[c].range_mask) == 0u ||
-                  record.density_max < scene.channels[c].density_lo || record.density_min > scene.channels[c].density_hi;
-    channels |= culled ? 0u : 1u << c;
-  }
-  return channels;
-}
+// Where every block shows something, it is cells that are culled.
+bool blockIsCulled(uint block) { return kCull && !kRangeOpen && !blockMeetsRange(block); }
 
 // Block walking (Derin et al. 2021, 2.2): the block behind the face through which the ray leaves, or kNone.
 uint walkFrom(Ray ray, uint block, float t_exit) {
   vec3 far = planeT(ray, blockCorner(block) + float(kBlockVoxels) * ray.forward);
   uint axis = far.x == t_exit ? 0u : (far.y == t_exit ? 1u : 2u);
   float up = axis == 0u ? ray.forward.x : (axis == 1u ? ray.forward.y : ray.forward.z);
-  return blockAt(block).neighbours[2u * axis + uint(up)];
+  return blockAt(block).neighbours[2u * axis + (up > 0.0 ? 1u : 0u)];
 }

@@ -6,7 +6,7 @@ uint findInTile(Ray ray, uint tile, vec3 corner, float t_begin, float t_end, ino
   const vec3 count = vec3(kGridTileSide);
   Dda cells = enterDda(ray, corner, float(kBlockVoxels), count, latticeStrides(count), t_begin);
   for (int i = 0; i <= 3 * kGridTileSide; ++i) {
-    uint block = UintArray(scene.grid_cells).at[tile * 512u + uint(cells.index)];
+    uint block = UintArray(scene.grid_cells).at[tile * 512u + wholeNumber(cells.index)];
     if (block != kNone && cells.t_exit > cells.t && !blockIsCulled(block)) return block;
     if (cells.t_exit >= t_end) return kNone;
     stepDda(ray, float(kBlockVoxels), latticeStrides(count), cells);
@@ -21,7 +21,7 @@ uint findByGrid(Ray ray, float t, inout Work work) {
   Dda tiles = enterDda(ray, -scene.anchor, tile_voxels, count, latticeStrides(count), t);
   int bound = scene.tile_dims.x + scene.tile_dims.y + scene.tile_dims.z;
   for (int i = 0; i <= bound; ++i) {
-    uint tile = UintArray(scene.grid_tiles).at[uint(tiles.index)];
+    uint tile = UintArray(scene.grid_tiles).at[wholeNumber(tiles.index)];
     float t_end = min(tiles.t_exit, ray.t_max);
     if (tile != kNone && t_end > tiles.t) {
       vec3 corner = tiles.far - tile_voxels * ray.forward;

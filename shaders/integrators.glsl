@@ -1,14 +1,47 @@
 // SPDX-License-Identifier: Apache-2.0
 // Integrators: what is accumulated between a block's entry and its exit.
 
-void integrateSubblock(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, float t_begin, float t_end, inout Ink ink,
-                       inout Work work) {
+void integrateSpan(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, float t_begin, float t_end, inout Ink ink,
+                   inout Work work) {
   if (kFilter == kFilterNearest) {
     integrateNearest(ray, voxels, corner, t_begin, t_end, ink, work);
   } else if (kClassification == kClassificationPreIntegrated) {
     integratePreIntegrated(ray, voxels, corner, t_begin, t_end, ink, work);
   } else {
     integrateLinear(ray, block, voxels, corner, t_begin, t_end, ink, work);
+  }
+}
+
+// On to the first cell that may show something, or that may not, or to the last before t_end.
+void stepCells(Ray ray, SubblockVoxels voxels, bool shows, float t_end, inout Dda cells) {
+  for (int i = 0; i < 12; ++i) {
+    if (cells.t_exit >= t_end || cellMayShow(voxels, cells.index) == shows) return;
+    stepDda(ray, 0.25 * float(kSubblockSide), latticeStrides(vec3(4.0)), cells);
+  }
+}
+
+// Over the spans of the ray in cells that may show something. They are found before they are integrated, cell by cell in
+// short loops without loads: a subgroup then spends its time on rays that have something to do.
+void integrateSubblock(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, float t_begin, float t_end, inout Ink ink,
+                       inout Work work) {
+  // Pre-integrated pieces would be others if they were cut at cells.
+  BLOCKWALK_DERIVED bool by_cells = kCull && kClassification != kClassificationPreIntegrated;
+  Dda cells;
+  if (by_cells) {
+    cells = enterDda(ray, corner, 0.25 * float(kSubblockSide), vec3(4.0), latticeStrides(vec3(4.0)), t_begin);
+  }
+  float t_from = t_begin;
+  float t_to = t_end;
+  for (int i = 0; i < 12; ++i) {
+    if (by_cells) {
+      stepCells(ray, voxels, true, t_end, cells);
+      if (!cellMayShow(voxels, cells.index)) break;
+      t_from = cells.t;
+      stepCells(ray, voxels, false, t_end, cells);
+      t_to = cellMayShow(voxels, cells.index) ? t_end : cells.t;
+    }
+    integrateSpan(ray, block, voxels, corner, t_from, t_to, ink, work);
+    if (ink.done || t_to >= t_end) break;
   }
   settle(ink);
 }
@@ -20,14 +53,14 @@ void integrateBlock(Ray ray, uint block, float t_begin, float t_end, inout Ink i
   uint first_subblock = blockAt(block).first_subblock;
   Dda subblocks = enterDda(ray, blockCorner(block), side, count, latticeStrides(count), t_begin);
   for (int i = 0; i <= 3 * kBlockSide; ++i) {
-    uint rank = subblockRank(block, uint(subblocks.index));
+    uint rank = subblockRank(block, wholeNumber(subblocks.index));
     float t_exit = min(subblocks.t_exit, t_end);
     if (rank != kNoSubblock && t_exit > subblocks.t) {
-      uint channels = channelsIn(first_subblock + rank);
-      if (channels != 0u) {
+      SubblockVoxels voxels = subblockOfRank(first, rank);
+      findCells(first_subblock + rank, voxels);
+      if (mayShowSomething(voxels)) {
         if (kTally) work.subblock_visits += 1u;
-        integrateSubblock(ray, block, subblockOfRank(first, rank, channels), subblocks.far - side * ray.forward,
-                          subblocks.t, t_exit, ink, work);
+        integrateSubblock(ray, block, voxels, subblocks.far - side * ray.forward, subblocks.t, t_exit, ink, work);
       }
     }
     if (ink.done || subblocks.t_exit >= t_end) return;

@@ -2,11 +2,7 @@
 // Buffers and specialisation constants of the render kernel. The order of the ids is that of KernelKey (renderer/plan.h).
 #extension GL_EXT_buffer_reference2 : require
 #extension GL_EXT_scalar_block_layout : require
-#extension GL_EXT_shader_explicit_arithmetic_types_int8 : require
-#extension GL_EXT_shader_explicit_arithmetic_types_int16 : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
-#extension GL_EXT_shader_8bit_storage : require
-#extension GL_EXT_shader_16bit_storage : require
 #extension GL_EXT_control_flow_attributes : require
 #extension GL_KHR_shader_subgroup_basic : require
 #extension GL_KHR_shader_subgroup_arithmetic : require
@@ -42,6 +38,7 @@ layout(push_constant, scalar) uniform Push {
 #define kChannels int(choices[16])
 #define kCount (choices[17] != 0u)
 #define kProbe (choices[18] != 0u)
+#define kFineTable (choices[19] != 0u)
 #else
 layout(push_constant, scalar) uniform Push { PushConstants push; };
 #define BLOCKWALK_DERIVED const
@@ -64,6 +61,7 @@ layout(constant_id = 15) const bool kAntialias = false;  // several samples a pi
 layout(constant_id = 16) const int kChannels = 1;        // drawn
 layout(constant_id = 17) const bool kCount = true;
 layout(constant_id = 18) const bool kProbe = false;
+layout(constant_id = 19) const bool kFineTable = false;  // the nearest entry of a table will do
 #endif
 
 BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
@@ -75,14 +73,9 @@ BLOCKWALK_DERIVED bool kTally = kCount || kOutput == kOutputCost;  // count a ra
 BLOCKWALK_DERIVED int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SubblockArray { GpuSubblock at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer UintArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer BoxArray { vec3 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer OctreeArray { OctreeNode at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 1) readonly buffer U8Array { uint8_t at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 2) readonly buffer U16Array { uint16_t at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer F32Array { float at[]; };
-layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer TableArray { vec4 at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer IntegralArray { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SumArray { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer PixelArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer ProbeArray { GpuProbe at[]; };
@@ -93,10 +86,11 @@ layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Fra
 layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
 #endif
 
-#define frame Frame(push.frame).params
+// All of the frame, read before the first branch: there lavapipe reads what is the same for all lanes once, behind it once a
+// lane. What a kernel does not use is not read.
+FrameParams frame;
 
-// What the loops need of the frame, read once: a load by address inside a loop costs more than the arithmetic around it
-// (on lavapipe it is one load a lane).
+// What the loops need of the frame.
 struct Scene {
   DrawnChannel channels[kMaxDrawnChannels];
   uint64_t grid_tiles;
@@ -123,6 +117,7 @@ Scene scene;
 #define forEachChannel(c) [[unroll]] for (int c = 0; c < kChannels; ++c)
 
 void loadScene() {
+  frame = Frame(push.frame).params;
   forEachChannel(c) scene.channels[c] = frame.channels[c];
   scene.grid_tiles = frame.grid_tiles;
   scene.grid_cells = frame.grid_cells;

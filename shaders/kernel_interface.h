@@ -55,7 +55,7 @@ BLOCKWALK_CONST uint kFinderBoundary = 4;
 BLOCKWALK_CONST uint kFinderOctree = 5;
 BLOCKWALK_CONST uint kFinderNone = 6;
 
-BLOCKWALK_CONST int kChoiceCount = 19;  // specialisation constants
+BLOCKWALK_CONST int kChoiceCount = 20;  // specialisation constants
 
 BLOCKWALK_CONST uint kNone = 0xffffffffu;
 BLOCKWALK_CONST uint kNoSubblock = 255u;   // in GpuBlock::indices
@@ -117,8 +117,8 @@ struct GpuProbe {
 // and indices are equal, ranges, masks and voxels are each channel's own.
 struct DrawnChannel {
   uint64_t blocks;     // GpuBlock[]
-  uint64_t subblocks;  // GpuSubblock[]
-  uint64_t table;      // vec4[]: colour, extinction per world unit
+  uint64_t cells;      // uvec2[]: of each subblock the cells that may show something (shaders/visible_cells.comp)
+  uint64_t table;      // uvec2[]: extinction per world unit as a float's bits, packed colour
   uint64_t empty;      // finder none: voxels of a subblock that is empty everywhere
   uint64_t integrals;  // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
   float density_lo;    // effective range, stored units, inclusive
@@ -126,7 +126,7 @@ struct DrawnChannel {
   uint range_mask;
   float table_first;  // table index = (stored - table_first) * table_scale
   float table_scale;
-  uint table_last;
+  float table_last;
   float light_strength;  // light is full where the world gradient times this reaches 1
   uint padding;
 };
@@ -181,6 +181,19 @@ struct FrameParams {
   float cell_voxels;          // their side
 };
 
+// For shaders/visible_cells.comp: one channel of a level, and the stored densities that can be seen.
+struct VisibleCellsPush {
+  uint64_t blocks;  // GpuBlock[]
+  uint64_t masks;   // GpuSubblock[]
+  uint64_t cells;   // uint[2][], written
+  float density_lo;
+  float density_hi;
+  uint first_block;  // of this dispatch
+  uint block_count;  // of the level
+  uint subblock_count;
+  uint padding;
+};
+
 struct PushConstants {
   uint64_t frame;  // FrameParams
   int row_begin;   // first row of the band
@@ -216,6 +229,13 @@ BLOCKWALK_FUNCTION float opacityOfDepth(float depth) {
   return 1.0f - exp2(-1.44269504f * depth);
 }
 
+// A table's colours: 11 bits of red, 11 of green, 10 of blue. The rounding is an eighth of an 8-bit step at most.
+BLOCKWALK_FUNCTION vec3 unpackColor(uint bits) {
+  // Through signed integers: few CPUs convert unsigned ones.
+  return vec3(float(int(bits >> 21u)) * (1.0f / 2047.0f), float(int((bits >> 10u) & 2047u)) * (1.0f / 2047.0f),
+              float(int(bits & 1023u)) * (1.0f / 1023.0f));
+}
+
 #ifdef __cplusplus
 static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
 static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
@@ -226,7 +246,7 @@ static_assert(offsetof(FrameParams, point_center) == 360 && offsetof(FrameParams
 static_assert(offsetof(FrameParams, clip_planes) == 468 && offsetof(FrameParams, anchor) == 660);
 static_assert(offsetof(FrameParams, extinction_scale) == 708 && offsetof(FrameParams, background) == 712);
 static_assert(offsetof(FrameParams, gradient_rows) == 736 && offsetof(FrameParams, light) == 776);
-static_assert(sizeof(PushConstants) == 24);
+static_assert(sizeof(PushConstants) == 24 && sizeof(VisibleCellsPush) == 48);
 }  // namespace blockwalk::gpu
 #endif
 #endif

@@ -4,7 +4,7 @@
 
 // Interval k of the lattice, cut to the ray.
 vec2 latticeInterval(Ray ray, float k) {
-  return clamp(vec2(k, k + 1.0) * ray.dt, vec2(ray.t_min), vec2(ray.t_max));
+  return vec2(lesser(greater(k * ray.dt, ray.t_min), ray.t_max), lesser(greater((k + 1.0) * ray.dt, ray.t_min), ray.t_max));
 }
 
 float middleOf(vec2 interval) { return 0.5 * (interval.x + interval.y); }
@@ -12,7 +12,7 @@ float middleOf(vec2 interval) { return 0.5 * (interval.x + interval.y); }
 // The first interval whose middle is at or after t, or the one before it.
 float latticeIndex(Ray ray, float t) { return floor(t / ray.dt - 0.5); }
 
-vec3 placeAt(Ray ray, float t) { return ray.start + ray.dir * t; }
+vec3 placeAt(Ray ray, float t) { return fma(ray.dir, vec3(t), ray.start); }
 
 // The subblock at a place near `block`, and the place relative to its corner.
 struct Spot {
@@ -40,9 +40,9 @@ Spot spotNear(uint block, vec3 place) {
   }
   vec3 in_block = clamp(place - blockCorner(block), vec3(0.0), vec3(block_side));
   vec3 local = min(floor(in_block * (1.0 / float(kSubblockSide))), vec3(kBlockSide - 1));
-  uint rank = subblockRank(block, uint(dot(local, latticeStrides(vec3(kBlockSide)))));
+  uint rank = subblockRank(block, wholeNumber(dot(local, latticeStrides(vec3(kBlockSide)))));
   if (rank == kNoSubblock) return spot;
-  spot.voxels = subblockOfRank(firstSubblock(block), rank, 0u).at;
+  spot.voxels = subblockOfRank(firstSubblock(block), rank).at;
   spot.place = in_block - local * float(kSubblockSide);
   return spot;
 }

@@ -15,7 +15,8 @@ uint blockAtCell(vec3 corner) {
 SubblockVoxels emptySubblock() {
   SubblockVoxels voxels;
   forEachChannel(c) voxels.at[c] = scene.channels[c].empty;
-  voxels.channels = (1u << kChannels) - 1u;
+  voxels.channels = 0u;
+  voxels.cells = uvec2(0u);
   return voxels;
 }
 
@@ -23,7 +24,7 @@ SubblockVoxels subblockOrEmpty(uint block, uint local) {
   if (block == kNone) return emptySubblock();
   uint rank = subblockRank(block, local);
   if (rank == kNoSubblock) return emptySubblock();
-  return subblockOfRank(firstSubblock(block), rank, (1u << kChannels) - 1u);
+  return subblockOfRank(firstSubblock(block), rank);
 }
 
 void marchBlock(Ray ray, uint block, vec3 corner, float t_begin, float t_end, inout Ink ink, inout Work work) {
@@ -34,7 +35,7 @@ void marchBlock(Ray ray, uint block, vec3 corner, float t_begin, float t_end, in
     float t_exit = min(subblocks.t_exit, t_end);
     if (t_exit > subblocks.t) {
       if (kTally) work.subblock_visits += 1u;
-      integrateSubblock(ray, block, subblockOrEmpty(block, uint(subblocks.index)), subblocks.far - side * ray.forward,
+      integrateSubblock(ray, block, subblockOrEmpty(block, wholeNumber(subblocks.index)), subblocks.far - side * ray.forward,
                         subblocks.t, t_exit, ink, work);
     }
     if (ink.done || subblocks.t_exit >= t_end) return;

@@ -4,10 +4,22 @@
 
 // Coordinates of a subblock's voxel by its index.
 vec3 voxelAt(float index) {
-  const float stride = float(kStride);
+  const float stride = float(kSubblockSide);
   float z = floor(index / (stride * stride));
   float y = floor((index - z * stride * stride) / stride);
   return vec3(index - stride * (y + stride * z), y, z);
+}
+
+// Sides are powers of two, so that the bits of an index without a ring are the coordinates.
+BLOCKWALK_DERIVED uint kSideBits = kSubblockSide == 4 ? 2u : (kSubblockSide == 8 ? 3u : 4u);
+
+// Where in memory the voxel lies.
+uint voxelIndex(float index) {
+  uint i = wholeNumber(index);
+  if (!kApron) return i;
+  uint y = i >> kSideBits & uint(kSubblockSide - 1);
+  uint z = i >> (2u * kSideBits);
+  return uint(kApronOffset) + (i & uint(kSubblockSide - 1)) + uint(kStride) * (y + uint(kStride) * z);
 }
 
 // A voxel that the ray crosses over `length_t`, in the colour and extinction of its visible channels together.
@@ -24,10 +36,10 @@ void showVoxel(Sample s, Dda voxels, float length_t, vec3 corner, inout Ink ink)
 void addVoxel(int c, Ray ray, uint64_t address, Dda voxels, float length_t, vec3 corner, inout Sample mixture,
               inout Ink ink) {
   uint bits;
-  int index = int(voxels.index) + kApronOffset;
+  uint index = voxelIndex(voxels.index);
   float density = loadDensity(address, index, bits);
   if (!(length_t > 0.0) || (kTestVoxel && !isInRange(c, density))) return;
-  Sample s = shadeDensity(c, density, colorOf(bits));
+  Sample s = shadeVoxel(c, density, bits);
   if (!isVisible(density, s)) return;
   if (kGathersDensities) {
     gatherDensity(c, density, s.color, voxels.t, length_t, ink);
@@ -52,12 +64,13 @@ void integrateVoxel(Ray ray, SubblockVoxels subblock, Dda voxels, float t_end, v
 
 void integrateNearest(Ray ray, SubblockVoxels subblock, vec3 corner, float t_begin, float t_end, inout Ink ink,
                       inout Work work) {
-  Dda voxels = enterDda(ray, corner, 1.0, vec3(kSubblockSide), voxelStrides(), t_begin);
+  const vec3 strides = latticeStrides(vec3(kSubblockSide));
+  Dda voxels = enterDda(ray, corner, 1.0, vec3(kSubblockSide), strides, t_begin);
   for (int i = 0; i <= 3 * kSubblockSide; ++i) {
     if (kTally) work.voxel_steps += 1u;
     integrateVoxel(ray, subblock, voxels, t_end, corner, ink);
     if (ink.done || voxels.t_exit >= t_end) return;
-    stepDda(ray, 1.0, voxelStrides(), voxels);
+    stepDda(ray, 1.0, strides, voxels);
   }
   work.loop_bound_hits += 1u;
 }

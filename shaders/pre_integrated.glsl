@@ -6,10 +6,11 @@
 // entry of each pair holds what the first lost in rounding.
 void lookUpIntegrals(int c, float stored, out vec4 high, out vec4 low) {
   float index = clamp((stored - scene.channels[c].table_first) * scene.channels[c].table_scale, 0.0,
-                      float(scene.channels[c].table_last));
-  uint entry = min(uint(index), scene.channels[c].table_last - 1u);
-  float weight = index - float(entry);
-  TableArray table = TableArray(scene.channels[c].integrals);
+                      scene.channels[c].table_last);
+  float whole = min(floor(index), scene.channels[c].table_last - 1.0);
+  uint entry = wholeNumber(whole);
+  float weight = index - whole;
+  IntegralArray table = IntegralArray(scene.channels[c].integrals);
   // The step to the next entry is small, so adding it to the rest keeps the pair's precision.
   high = table.at[2u * entry];
   low = table.at[2u * entry + 1u] + weight * ((table.at[2u * entry + 2u] - high) + table.at[2u * entry + 3u] -

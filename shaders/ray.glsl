@@ -16,8 +16,15 @@ struct Ray {
 
 vec3 planeT(Ray ray, vec3 plane) { return (plane - ray.origin) * ray.inverse; }
 
-float min3(vec3 v) { return min(v.x, min(v.y, v.z)); }
-float max3(vec3 v) { return max(v.x, max(v.y, v.z)); }
+// A whole number of 0..2^23 - 1 as an integer: the last 23 bits of a float of 2^23 and more are its units. A conversion
+// would have to mind NaN and what is too large, for which lavapipe goes from lane to lane.
+uint wholeNumber(float number) { return floatBitsToUint(number + 8388608.0) & 0x7fffffu; }
+
+// Not min() and max(), which must choose between a number and NaN: planes are numbers.
+float lesser(float a, float b) { return a < b ? a : b; }
+float greater(float a, float b) { return a > b ? a : b; }
+float min3(vec3 v) { return lesser(v.x, lesser(v.y, v.z)); }
+float max3(vec3 v) { return greater(v.x, greater(v.y, v.z)); }
 
 // Entry and exit of the cube of `side` voxels whose lowest corner is `corner`.
 vec2 cubeInterval(Ray ray, vec3 corner, float side) {
@@ -53,7 +60,7 @@ Ray makeRay(ivec2 pixel, vec2 place) {
   ray.t_max = min3(far);
   if (kClip) {
     for (uint i = 0; i < frame.clip_plane_count; ++i) {
-      vec4 plane = frame.clip_planes[i];
+      vec4 plane = Frame(push.frame).params.clip_planes[i];  // by its address: the index is no constant
       float height = dot(plane.xyz, ray.origin) + plane.w;
       float slope_t = dot(plane.xyz, ray.dir);
       if (slope_t > 0.0) {

@@ -61,7 +61,11 @@ float nextFace(Ray ray, float t, bool leads_in, inout Work work) {
   return driver.t_start + rayQueryGetIntersectionTEXT(query, true) / driver.scale;
 }
 
-uint cellState(Dda cells) { return uint(U8Array(scene.cell_states).at[uint(cells.index)]); }
+// Bytes, read by the word (voxel_words.glsl says why).
+uint cellState(Dda cells) {
+  uint cell = wholeNumber(cells.index);
+  return UintArray(scene.cell_states).at[cell >> 2] >> (8u * (cell & 3u)) & 255u;
+}
 
 Dda enterCells(Ray ray, float t) {
   vec3 count = vec3(scene.cell_dims);

@@ -3,11 +3,12 @@
 // The render kernel: find a block, integrate inside it, walk to the next (Derin et al. 2021, 2.1 to 2.3).
 #extension GL_GOOGLE_include_directive : require
 #include "interface.glsl"
+#include "voxel_words.glsl"
 #include "ray.glsl"
 #include "blocks.glsl"
 #include "octree.glsl"
 #include "finders.glsl"
-#include "voxels.glsl"
+#include "subblocks.glsl"
 #include "field.glsl"
 #include "shading.glsl"
 #include "ink.glsl"
@@ -114,6 +115,7 @@ uint pixelWord(Ink ink, Work work, uint at, out bool finite) {
   }
 
 void main() {
+  loadScene();
   // A subgroup of 8 lanes is 4x2 pixels, a workgroup 8x8 of them.
   uint lane = gl_LocalInvocationIndex & 7u;
   uint tile = gl_LocalInvocationIndex >> 3;
@@ -121,7 +123,6 @@ void main() {
   ivec2 in_band = ivec2(gl_WorkGroupID.xy) * kGroupSide + local;
   if (in_band.x >= frame.size.x || in_band.y >= push.row_count) return;
 
-  loadScene();
   ivec2 pixel = in_band + ivec2(0, push.row_begin);
   Ray ray = makeRay(pixel, kAntialias ? samplePlace(pixel, push.sample_index) : vec2(0.5));
   Ink ink = freshInk();
@@ -145,6 +146,6 @@ void main() {
     addToCounter(subblock_visits, work.subblock_visits);
     addToCounter(voxel_steps, work.voxel_steps);
   }
-  addToCounter(loop_bound_hits, work.loop_bound_hits);
-  addToCounter(non_finite, finite ? 0u : 1u);
+  if (work.loop_bound_hits != 0u) addToCounter(loop_bound_hits, work.loop_bound_hits);
+  if (!finite) addToCounter(non_finite, 1u);
 }

@@ -6,27 +6,36 @@ struct Sample {
   float extinction;  // per world unit
 };
 
-// Entry `index` of a channel's table, linear between entries.
-vec4 lookUp(int c, float index) {
-  TableArray table = TableArray(scene.channels[c].table);
-  uint last = scene.channels[c].table_last;
-  index = clamp(index, 0.0, float(last));
-  uint low = min(uint(index), last - 1u);
-  return mix(table.at[low], table.at[low + 1u], index - float(low));
+// One load of 64 bits an entry (renderer/transfer_table.h).
+Sample entryAt(int c, uint index) {
+  uvec2 entry = unpackUint2x32(U64Array(scene.channels[c].table).at[index]);
+  return Sample(unpackColor(entry.y), uintBitsToFloat(entry.x));
 }
 
+// Between entries the table is linear.
 Sample tableSample(int c, float stored) {
-  float index = (stored - scene.channels[c].table_first) * scene.channels[c].table_scale;
-  // One entry a stored value, 0 outside the range (renderer/transfer_table.h).
-  bool exact = kFilter == kFilterNearest && kVoxelType != kVoxelF32 && (kMode == kModeBlend || kMode == kModeFirstHit);
-  vec4 entry = exact ? TableArray(scene.channels[c].table).at[uint(index)] : lookUp(c, index);
-  return Sample(entry.rgb, entry.a);
+  float last = scene.channels[c].table_last;
+  float index = clamp((stored - scene.channels[c].table_first) * scene.channels[c].table_scale, 0.0, last);
+  if (kFineTable) return entryAt(c, wholeNumber(floor(index + 0.5)));
+  float low = min(floor(index), last - 1.0);
+  Sample a = entryAt(c, wholeNumber(low));
+  Sample b = entryAt(c, wholeNumber(low) + 1u);
+  float weight = index - low;
+  return Sample(mix(a.color, b.color, weight), mix(a.extinction, b.extinction, weight));
 }
 
-// `color` is that of rgba8.
+// A point between voxels; `color` is that of rgba8.
 Sample shadeDensity(int c, float density, vec3 color) {
   if (kVoxelType == kVoxelRgba8) return Sample(color, density * scene.extinction_scale);
   return tableSample(c, density);
+}
+
+// A voxel as it is stored: where the table has an entry for each stored value, 0 outside the range, that is its index
+// (renderer/transfer_table.h).
+Sample shadeVoxel(int c, float density, uint bits) {
+  if (kVoxelType == kVoxelRgba8) return Sample(colorOf(bits), density * scene.extinction_scale);
+  bool exact = kVoxelType != kVoxelF32 && (kMode == kModeBlend || kMode == kModeFirstHit);
+  return exact ? entryAt(c, bits) : tableSample(c, density);
 }
 
 // Adds a visible channel to the mixture at a point: extinctions are added, colours weighted by them (Max 1995).

@@ -16,8 +16,8 @@ struct CodecTrip {
   double encode_ms = 0;               // median of the repeats
 };
 
-// Encodes `repeats` times, at least once, and decodes. `format` is jpeg or webp. Throws DataError where what was written
-// cannot be read.
+// Encodes `repeats` times, at least once, and decodes. `format` is jpeg or webp. Throws DataError where what was
+// written cannot be read.
 CodecTrip throughCodec(const Frame& frame, ImageFormat format, int quality, int repeats);
 
 }  // namespace blockwalk::bench

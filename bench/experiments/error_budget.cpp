@@ -28,8 +28,7 @@ std::vector<ColorImage> everyTraversal(Renderer& renderer, ResidentVolume& volum
         view.finder = finder;
         view.walk = walk;
         view.cull = cull;
-        images.push_back(
-            colorsOf(renderer.render(volume, view, {.count = false}).pixels, base.width, base.height));
+        images.push_back(colorsOf(renderer.render(volume, view, {.count = false}).pixels, base.width, base.height));
       }
     }
   }

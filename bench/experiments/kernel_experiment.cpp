@@ -103,6 +103,7 @@ bool isNeeded(const ResidentPart& part, const Plan& plan) {
   const auto isOf = [&](const ChannelPlan& drawn) { return part.channel == static_cast<int>(drawn.channel); };
   if (part.channel != ResidentPart::kAllChannels && std::ranges::none_of(plan.channels, isOf)) return false;
   if (part.what == "masks") return plan.needs_masks;
+  if (part.what == "cells") return plan.needs_cells;
   if (part.what == "grid") return plan.needs_grid;
   if (part.what == "instances") return plan.needs_instances;
   return true;
@@ -123,11 +124,11 @@ json residency(const ResidentVolume& volume, const View& view, const Plan& plan)
   for (const ChannelPlan& drawn : plan.channels) {
     if (plan.needs_table) entries += bakeTransfer(view, volume.info(), plan, drawn).entries.size();
   }
-  const std::uint64_t entry = sizeof(glm::vec4);
+  const std::uint64_t sum = sizeof(glm::vec4);
   const auto pixels = static_cast<std::uint64_t>(view.width) * static_cast<std::uint64_t>(view.height);
-  (plan.needs_table ? needed : left_out)["table"] = entries * entry;
-  (plan.needs_integrals ? needed : left_out)["integrals"] = plan.channels.size() * 2 * kTableEntries * entry;
-  (plan.key.antialias != 0 ? needed : left_out)["sums"] = pixels * entry;
+  (plan.needs_table ? needed : left_out)["table"] = entries * sizeof(std::uint64_t);
+  (plan.needs_integrals ? needed : left_out)["integrals"] = plan.channels.size() * 2 * kTableEntries * sum;
+  (plan.key.antialias != 0 ? needed : left_out)["sums"] = pixels * sum;
   return {{"resident", needed}, {"left_out", left_out}};
 }
 

@@ -112,11 +112,13 @@ TEST_F(GeneralKernelTest, LeavesOutWhatNoViewHasAskedFor) {
   };
   const std::set<std::string> drawn = {"voxels 1", "blocks 1", "grid 1"};
   View open = view;
+  open.cull = false;
   open.channels[0].transfer = {{.value = 0, .opacity = 0.5}, {.value = 255, .opacity = 0.5}};
   EXPECT_EQ(addedBy(open), drawn);
   View cut = open;
+  cut.cull = true;
   cut.channels[0].range = DensityRange{.lo = 100, .hi = 200};
-  EXPECT_EQ(addedBy(cut), (std::set<std::string>{"masks 1"}));
+  EXPECT_EQ(addedBy(cut), (std::set<std::string>{"cells 1", "masks 1"}));
   View smooth = open;
   smooth.filter = Filter::linear;
   EXPECT_EQ(addedBy(smooth), (std::set<std::string>{"voxels 1 with ring", "blocks 1 with ring", "grid 1 with ring"}));

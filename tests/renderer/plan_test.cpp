@@ -19,6 +19,7 @@ VolumeInfo volumeOf(VoxelType type, float density_min, float density_max) {
   info.channels[0].density_max = density_max;
   info.channels[0].histogram_hi = 255;
   info.channels[0].bin_cuts = {32, 64, 96, 128, 160, 192, 224};
+  info.channels[0].nonempty_voxels = 64 * 512;
   for (int level = 0; level < levelCount(info.dims, info.blockVoxels()); ++level) {
     info.levels.push_back(
         {.dims = levelDims(info.dims, level), .block_count = 8, .subblock_count = 64, .voxel_bytes = 0});
@@ -36,6 +37,19 @@ TEST(Plan, OpenRangeNeedsNoTestsAndNoCulling) {
   EXPECT_EQ(open.key.cull, 0u);
   EXPECT_EQ(open.key.test_voxel, 0u);
   EXPECT_FALSE(open.needs_table);
+}
+
+TEST(Plan, AnOpenRangeCullsCellsWhereManyStoredVoxelsAreEmpty) {
+  VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
+  info.channels[0].nonempty_voxels = 8 * 512;  // of 64 subblocks
+  const Plan hollow = planFor({}, info);
+  EXPECT_EQ(hollow.key.range_open, 1u);
+  EXPECT_EQ(hollow.key.cull, 1u);
+  EXPECT_TRUE(hollow.needs_cells);
+  View blocks;
+  blocks.mode = Mode::blocks;
+  EXPECT_EQ(planFor(blocks, info).key.cull, 0u);
+  EXPECT_FALSE(planFor(blocks, info).needs_cells);
 }
 
 TEST(Plan, NarrowRangeTestsVoxelsOfRgba8ButNotOfU8) {
