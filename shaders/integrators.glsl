@@ -46,17 +46,29 @@ void integrateSubblock(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, 
   settle(ink);
 }
 
-void integrateBlock(Ray ray, uint block, float t_begin, float t_end, inout Ink ink, inout Work work) {
+// `corner` is the block's lowest; `block` is kNone where a march comes through a cell without one. This is the only place
+// that integrates: a second one doubles the general kernel, and what drivers take to compile it grows faster than that.
+void integrateBlock(Ray ray, uint block, vec3 corner, float t_begin, float t_end, inout Ink ink, inout Work work) {
   const vec3 count = vec3(kBlockSide);
   const float side = float(kSubblockSide);
-  SubblockVoxels first = firstSubblock(block);
-  uint first_subblock = blockAt(block).first_subblock;
-  Dda subblocks = enterDda(ray, blockCorner(block), side, count, latticeStrides(count), t_begin);
+  bool stored = !kMarches || block != kNone;
+  SubblockVoxels first;
+  uint first_subblock = 0u;
+  if (stored) {
+    first = firstSubblock(block);
+    first_subblock = blockAt(block).first_subblock;
+  }
+  Dda subblocks = enterDda(ray, corner, side, count, latticeStrides(count), t_begin);
   for (int i = 0; i <= 3 * kBlockSide; ++i) {
-    uint rank = subblockRank(block, wholeNumber(subblocks.index));
+    uint rank = stored ? subblockRank(block, wholeNumber(subblocks.index)) : kNoSubblock;
     float t_exit = min(subblocks.t_exit, t_end);
-    if (rank != kNoSubblock && t_exit > subblocks.t) {
-      SubblockVoxels voxels = subblockOfRank(first, rank);
+    if ((kMarches || rank != kNoSubblock) && t_exit > subblocks.t) {
+      SubblockVoxels voxels;
+      if (kMarches && rank == kNoSubblock) {
+        voxels = emptySubblock();
+      } else {
+        voxels = subblockOfRank(first, rank);
+      }
       findCells(first_subblock + rank, voxels);
       if (mayShowSomething(voxels)) {
         if (kTally) work.subblock_visits += 1u;

@@ -67,6 +67,7 @@ layout(constant_id = 19) const bool kFineTable = false;  // the nearest entry of
 BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
 // What interpolates reads subblocks with the ring of one voxel around them (volume/apron.h).
 BLOCKWALK_DERIVED bool kApron = kFilter == kFilterLinear || kLit;
+BLOCKWALK_DERIVED bool kMarches = kFinder == kFinderNone;
 // The finder says between which t something may be, not only in which block.
 BLOCKWALK_DERIVED bool kFindsIntervals = kFinder == kFinderOctree || kFinder == kFinderClusters || kFinder == kFinderBoundary;
 BLOCKWALK_DERIVED bool kTally = kCount || kOutput == kOutputCost;  // count a ray's visits and steps

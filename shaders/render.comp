@@ -15,8 +15,8 @@
 #include "nearest.glsl"
 #include "linear.glsl"
 #include "pre_integrated.glsl"
-#include "integrators.glsl"
 #include "march.glsl"
+#include "integrators.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -29,7 +29,6 @@ int traversalBound() {
 }
 
 uint traverse(Ray ray, inout Ink ink, inout Work work) {
-  if (kFinder == kFinderNone) return marchBox(ray, ink, work);
   uint crossed = 0u;
   uint block = kNone;
   float t = ray.t_min;
@@ -37,19 +36,24 @@ uint traverse(Ray ray, inout Ink ink, inout Work work) {
   int bound = traversalBound();
   for (int i = 0; i < bound; ++i) {
     if (t >= ray.t_max) return crossed;
-    if (block == kNone) {
-      block = findBlock(ray, t, span, work);
+    vec3 corner;
+    if (kMarches) {
+      block = blockAtT(ray, t, corner);
+    } else {
+      if (block == kNone) block = findBlock(ray, t, span, work);
       if (block == kNone) return crossed;
+      corner = blockCorner(block);
     }
-    vec2 interval = blockInterval(ray, block);
+    vec2 interval = cubeInterval(ray, corner, float(kBlockVoxels));
     float t_begin = max(interval.x, kFindsIntervals ? max(span.x, t) : t);
     float t_end = min(interval.y, kFindsIntervals ? min(span.y, ray.t_max) : ray.t_max);
-    if (t_end > t_begin && !blockIsCulled(block)) {
+    if (t_end > t_begin && (kMarches || !blockIsCulled(block))) {
       if (kTally) work.block_visits += 1u;
       if (kMode == kModeBlocks) {
-        crossed += kRangeOpen || blockMeetsRange(block) ? 1u : 0u;
+        bool stored = !kMarches || block != kNone;
+        crossed += stored && (kRangeOpen || blockMeetsRange(block)) ? 1u : 0u;
       } else {
-        integrateBlock(ray, block, t_begin, t_end, ink, work);
+        integrateBlock(ray, block, corner, t_begin, t_end, ink, work);
         if (ink.done) return crossed;
       }
     }
