@@ -21,7 +21,7 @@ uint findByGrid(Ray ray, float t, inout Work work) {
   Dda tiles = enterDda(ray, -scene.anchor, tile_voxels, count, latticeStrides(count), t);
   int bound = scene.tile_dims.x + scene.tile_dims.y + scene.tile_dims.z;
   for (int i = 0; i <= bound; ++i) {
-    uint tile = UintArray(scene.grid_tiles).at[wholeNumber(tiles.index)];
+    uint tile = UintArray(scene.grid_tiles).at[uint(tiles.index)];  // up to 2^24: more than wholeNumber() takes
     float t_end = min(tiles.t_exit, ray.t_max);
     if (tile != kNone && t_end > tiles.t) {
       vec3 corner = tiles.far - tile_voxels * ray.forward;

@@ -63,7 +63,7 @@ float nextFace(Ray ray, float t, bool leads_in, inout Work work) {
 
 // Bytes, read by the word (voxel_words.glsl says why).
 uint cellState(Dda cells) {
-  uint cell = wholeNumber(cells.index);
+  uint cell = uint(cells.index);  // up to 2^24: more than wholeNumber() takes
   return UintArray(scene.cell_states).at[cell >> 2] >> (8u * (cell & 3u)) & 255u;
 }
 
