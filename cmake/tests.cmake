@@ -69,5 +69,5 @@ if(BLOCKWALK_WEB)
   add_test(NAME web.unit COMMAND ${NODE} --test WORKING_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/web/test)
   add_test(NAME web.browser COMMAND ${CMAKE_COMMAND} -E env BLOCKWALK_BIN=$<TARGET_FILE_DIR:blockwalkd>
     ${NODE} --test ${CMAKE_CURRENT_BINARY_DIR}/web/browser_test.mjs)
-  set_tests_properties(web.unit web.browser PROPERTIES TIMEOUT 240 LABELS web)
+  set_tests_properties(web.unit web.browser PROPERTIES TIMEOUT 600 LABELS web)
 endif()
