@@ -94,7 +94,7 @@ TEST_P(FieldTest, IsTheSameForEveryFinderWalkAndCull) {
     const std::vector<View> all_views = views(dense, look);
     for (std::size_t v = 0; v < all_views.size(); ++v) {
       const View& view = all_views[v];
-      const std::vector<Combination> combinations = v < 2 ? everyFinder() : RendererTest::combinations();
+      const std::vector<Combination> combinations = v == 0 ? everyFinder() : RendererTest::combinations();
       const Frame first = draw(scene(), with(view, combinations.front()));
       for (std::size_t i = 1; i < combinations.size(); ++i) {
         const ImageError error = compareImages(draw(scene(), with(view, combinations[i])), first);
