@@ -20,7 +20,6 @@ function(add_room_test room)
     set(sanitizer_properties ENVIRONMENT ASAN_OPTIONS=detect_leaks=0)
   endif()
   target_link_libraries(test_${room} PRIVATE ${ARG_LIBRARIES} GTest::gmock GTest::gtest_main)
-  target_precompile_headers(test_${room} PRIVATE ${precompiled_tests})
   # What computes is in the libraries; -O3 adds a third to the build time of tests. At -O1 GCC 12 takes a coroutine frame's
   # operator delete for another's.
   target_compile_options(test_${room} PRIVATE $<$<CONFIG:Release>:-O1>

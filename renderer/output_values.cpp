@@ -12,7 +12,7 @@
 namespace blockwalk {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
+constexpr float kNoDepth = std::numeric_limits<float>::infinity();
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 
 // The part of the box's corners' depths that lies before the eye.
@@ -43,7 +43,7 @@ void OutputValues::prepare(Frame& frame) const {
       frame.pixels.resize(pixels);
       return;
     case Output::depth:
-      frame.values.assign(pixels, kInfinity);
+      frame.values.assign(pixels, kNoDepth);
       frame.values_min.x = depth_range_.x;
       frame.values_max.x = depth_range_.y;
       return;

@@ -15,7 +15,6 @@
 namespace blockwalk {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kHollowShare = 0.75;  // of stored voxels; with more non-empty ones the search costs what it saves
 
 float floatAtLeast(double value) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <compare>
+#include <limits>
 #include <string>
 #include <string_view>
 
@@ -42,6 +43,8 @@ std::string_view finderName(Finder finder);
 
 // "rgba8 blend grid walk cull ..." : what is compiled in, in words.
 std::string describe(const KernelKey& key);
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 // Inclusive range of stored densities that can be seen; lo > hi when none can.
 struct StoredRange {

@@ -10,8 +10,6 @@
 namespace blockwalk {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // Stretches of a transfer function with some opacity, data units, ascending and apart.
 std::vector<DensityRange> opaqueStretches(const std::vector<TransferPoint>& points, TransferShape shape) {
   std::vector<DensityRange> stretches;

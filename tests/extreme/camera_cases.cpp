@@ -13,12 +13,6 @@ namespace {
 const glm::dmat4 kIdentity(1);
 const glm::dvec3 kCenter(28, 27, 26);
 
-Scenario clumpScenario(const View& view) {
-  Scenario scenario{.source = clumps(VoxelType::rgba8, {56, 54, 52}), .view = view};
-  scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
-  return scenario;
-}
-
 Case eyeAt(std::string name, std::string what, glm::dvec3 eye, glm::dvec3 target) {
   return {std::move(name), std::move(what), [=] {
             View view = look(kIdentity, eye, target);

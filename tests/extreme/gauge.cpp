@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 
+#include "tests/extreme/volumes.h"
 #include "tests/renderer/compare.h"
 #include "tests/renderer/stage.h"
 
@@ -61,6 +62,12 @@ bool showsSomething(const reference::Image& image, const View& view) {
 }
 
 }  // namespace
+
+Scenario clumpScenario(const View& view) {
+  Scenario scenario{.source = clumps(VoxelType::rgba8, {56, 54, 52}), .view = view};
+  scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
+  return scenario;
+}
 
 double imageError(const Scenario& scenario) {
   Built built = build(scenario);

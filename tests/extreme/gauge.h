@@ -24,6 +24,9 @@ struct Scenario {
   bool blank = false;  // the image must be background alone
 };
 
+// Clumps over two blocks an axis, so that block faces are among the planes; densities on both sides of the range.
+Scenario clumpScenario(const View& view);
+
 // Largest difference of a channel to the unrounded reference, in 8-bit steps; colours weigh as much as they cover. A
 // perfect image has up to 0.5.
 double imageError(const Scenario& scenario);

@@ -9,13 +9,6 @@
 namespace blockwalk::extreme {
 namespace {
 
-// Two blocks an axis, so that block faces are among the planes; densities on both sides of the range.
-Scenario clumpScenario(const View& view) {
-  Scenario scenario{.source = clumps(VoxelType::rgba8, {56, 54, 52}), .view = view};
-  scenario.view.channels[0].range = DensityRange{.lo = 60, .hi = 255};
-  return scenario;
-}
-
 // Square, so that the pixels' positions are whole or half numbers of voxels and exact in a float.
 View exactLook(glm::dvec3 eye, glm::dvec3 target, glm::dvec3 up) {
   View view = lookStraight(glm::dmat4(1), eye, target, up, 1);

@@ -3,25 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <nlohmann/json.hpp>
-
-#include "protocol/query_string.h"
-#include "protocol/view_fields.h"
+#include "tests/protocol/requests.h"
 
 namespace blockwalk {
 namespace {
-
-ImageRequest fromQuery(std::string_view query) {
-  ImageRequest request;
-  setViewFields(request, parseQueryString(query));
-  return request;
-}
-
-ImageRequest fromJson(std::string_view text) {
-  ImageRequest request;
-  setViewFields(request, nlohmann::json::parse(text));
-  return request;
-}
 
 TEST(ViewChannels, HaveAnItemEach) {
   const View view = fromQuery("channels=0,2&range=10:200;5:90;;-1:1&tf=0:000000:0,255:00ff00:0.5;inferno;auto").view;

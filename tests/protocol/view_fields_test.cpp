@@ -9,17 +9,12 @@
 #include <random>
 
 #include "protocol/query_string.h"
+#include "tests/protocol/requests.h"
 
 namespace blockwalk {
 namespace {
 
 using Pairs = std::vector<std::pair<std::string, std::string>>;
-
-ImageRequest fromQuery(std::string_view query) {
-  ImageRequest request;
-  setViewFields(request, parseQueryString(query));
-  return request;
-}
 
 TEST(ViewFields, ReadEveryMember) {
   const ImageRequest request = fromQuery(

@@ -12,8 +12,6 @@
 namespace blockwalk::reference {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 double middleOf(Interval piece) { return piece.t_min + (piece.t_max - piece.t_min) / 2; }
 
 // What the visible channels of a point are together.

@@ -11,8 +11,6 @@
 namespace blockwalk::reference {
 namespace {
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
 // Integrals of -ln q and of -q ln q from 0 to q.
 double integralOfLog(double q) { return q > 0 ? q - q * std::log(q) : 0; }
 double integralOfMoment(double q) { return q > 0 ? q * q / 4 - q * q / 2 * std::log(q) : 0; }
@@ -42,13 +40,13 @@ Moments momentsOf(double opacity0, double opacity1) {
   return moments;
 }
 
+}  // namespace
+
 void sortUnique(std::vector<double>& values) {
   std::erase_if(values, [](double value) { return !std::isfinite(value); });
   std::ranges::sort(values);
   values.erase(std::unique(values.begin(), values.end()), values.end());
 }
-
-}  // namespace
 
 double extinctionOf(double opacity) { return opacity >= 1 ? kOpaqueExtinction : -std::log1p(-opacity); }
 

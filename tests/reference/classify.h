@@ -4,6 +4,7 @@
 #pragma once
 
 #include <glm/glm.hpp>
+#include <limits>
 #include <vector>
 
 #include "renderer/view.h"
@@ -13,6 +14,8 @@ namespace blockwalk::reference {
 
 // Of an opacity of 1, per unit distance.
 constexpr double kOpaqueExtinction = 1e6;
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 struct Material {
   glm::dvec3 color{0};
@@ -61,5 +64,8 @@ TransferPiece transferPieceAt(const std::vector<TransferPoint>& transfer, double
 
 // Extinction per unit distance of an opacity over the unit distance.
 double extinctionOf(double opacity);
+
+// The finite of them, ascending, each once.
+void sortUnique(std::vector<double>& values);
 
 }  // namespace blockwalk::reference

@@ -20,11 +20,6 @@ constexpr double kDark = 100;         // depth behind which there is no light
 constexpr int kMaxHalvings = 50;      // towards an opacity that reaches 1
 constexpr int kMaxPanels = 4000;      // of one smooth piece
 
-void sortUnique(std::vector<double>& values) {
-  std::ranges::sort(values);
-  values.erase(std::unique(values.begin(), values.end()), values.end());
-}
-
 // Both ends of the ray's part and where it crosses a plane between cells, ascending. The light's differences reach half
 // a voxel to each side and have planes of their own between those.
 std::vector<double> cellCrossings(const CutRay& cut, bool lit) {

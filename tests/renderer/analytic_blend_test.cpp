@@ -8,24 +8,19 @@
 #include <random>
 #include <utility>
 
-#include "tests/reference/analytic.h"
 #include "tests/reference/converged.h"
 #include "tests/reference/quadrature.h"
 #include "tests/reference/ray.h"
+#include "tests/renderer/closed_forms.h"
 
 namespace blockwalk::reference {
 namespace {
-
-constexpr double kTolerance = 1e-12;
 
 glm::dvec4 lattice(const DenseVolume& volume, const View& view) { return renderPixel(volume, view, 0, 0).color; }
 glm::dvec4 converged(const DenseVolume& volume, const View& view) {
   return renderPixelConverged(volume, view, 0, 0).color;
 }
 double depthOf(double opacity) { return -std::log1p(-opacity); }
-
-// z of the centre, at the centre: the density is z from 0.5 to 7.5.
-DenseVolume ramp8() { return sampled(rampField(0, {0, 0, 1}), VoxelType::f32, glm::ivec3(8)); }
 
 const ClipBox kInterior{.min = {-100, -100, 1}, .max = {100, 100, 7}};
 

@@ -7,21 +7,12 @@
 #include <numbers>
 #include <random>
 
-#include "tests/reference/analytic.h"
-#include "tests/reference/reference.h"
+#include "tests/renderer/closed_forms.h"
 
 namespace blockwalk::reference {
 namespace {
 
-constexpr double kTolerance = 1e-12;
 constexpr glm::dvec3 kColor{0.5, 0.1, 0.7};
-
-glm::dvec3 colorOf(const DenseVolume& volume, const View& view) {
-  return glm::dvec3(renderPixel(volume, view, 0, 0).color);
-}
-double distance(glm::dvec3 a, glm::dvec3 b) { return glm::length(a - b); }
-
-DenseVolume ramp8() { return sampled(rampField(0, {0, 0, 1}), VoxelType::f32, glm::ivec3(8)); }
 
 // Looks along -z with +x to the right and +y up.
 View litAlongZ(double x, double y, Mode mode) {

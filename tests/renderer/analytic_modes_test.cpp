@@ -5,21 +5,15 @@
 #include <cmath>
 #include <random>
 
-#include "tests/reference/analytic.h"
 #include "tests/reference/converged.h"
 #include "tests/reference/field.h"
 #include "tests/reference/ray.h"
+#include "tests/renderer/closed_forms.h"
 
 namespace blockwalk::reference {
 namespace {
 
-constexpr double kTolerance = 1e-12;
-
 Pixel pixelOf(const DenseVolume& volume, const View& view) { return renderPixel(volume, view, 0, 0); }
-glm::dvec3 colorOf(const DenseVolume& volume, const View& view) { return glm::dvec3(pixelOf(volume, view).color); }
-double distance(glm::dvec3 a, glm::dvec3 b) { return glm::length(a - b); }
-
-DenseVolume ramp8() { return sampled(rampField(0, {0, 0, 1}), VoxelType::f32, glm::ivec3(8)); }
 
 DenseVolume randomColors(glm::ivec3 dims, std::uint32_t seed) {
   DenseVolume volume = emptyVolume(VoxelType::rgba8, dims);

@@ -12,12 +12,10 @@
 #include "tests/reference/cut_ray.h"
 #include "tests/reference/dense_source.h"
 #include "tests/reference/field.h"
-#include "tests/reference/reference.h"
+#include "tests/renderer/closed_forms.h"
 
 namespace blockwalk::reference {
 namespace {
-
-constexpr double kTolerance = 1e-12;
 
 double opacityOf(const DenseVolume& volume, const View& view) { return renderPixel(volume, view, 0, 0).color.a; }
 

@@ -12,8 +12,7 @@
 namespace blockwalk::test {
 namespace {
 
-constexpr int kLargestError = 1;    // 8-bit steps
-constexpr double kNearJump = 1e-5;  // of the contrast
+constexpr int kLargestChannelsError = 1;  // 8-bit steps
 
 struct Look {
   std::string_view name = "";
@@ -85,7 +84,8 @@ TEST_P(ChannelsTest, AreDrawnAsTheReferenceDraws) {
       const reference::Image expected = reference::renderImage(drawnOf(scene, view), view);
       const double near_jump = look.filter == Filter::linear ? kNearJump : 0;
       const ImageError error = compareToReference(draw(scene, view), expected, view.background, near_jump);
-      EXPECT_LE(error.largest, kLargestError) << look.name << ": " << error.worst << "\n  view " << toString(view);
+      EXPECT_LE(error.largest, kLargestChannelsError)
+          << look.name << ": " << error.worst << "\n  view " << toString(view);
       total.add(error);
     }
     EXPECT_GT(total.drawn, 1000u) << look.name;

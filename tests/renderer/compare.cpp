@@ -14,7 +14,7 @@ std::array<std::uint8_t, 4> unpack(std::uint32_t pixel) {
           static_cast<std::uint8_t>(pixel >> 16), static_cast<std::uint8_t>(pixel >> 24)};
 }
 
-std::string toString(const std::array<std::uint8_t, 4>& color) {
+std::string colorText(const std::array<std::uint8_t, 4>& color) {
   return fmt::format("({},{},{},{})", color[0], color[1], color[2], color[3]);
 }
 
@@ -26,7 +26,7 @@ void addPixel(ImageError& error, int x, int y, const std::array<std::uint8_t, 4>
     error.squared += difference * difference;
     if (difference <= error.largest) continue;
     error.largest = difference;
-    error.worst = fmt::format("pixel ({},{}): {} against {}", x, y, toString(a), toString(b));
+    error.worst = fmt::format("pixel ({},{}): {} against {}", x, y, colorText(a), colorText(b));
   }
   error.channels += 4;
 }

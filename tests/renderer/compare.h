@@ -13,6 +13,14 @@ namespace blockwalk::test {
 // Rays nearer than this to an edge, or in a plane of faces, may cross other cells by rounding alone; in voxels.
 constexpr double kNearEdge = 1e-3;
 
+// Samples this near to where what is seen jumps may fall to either side: a float holds a density to about a tenth of
+// it. Of the contrast.
+constexpr double kNearJump = 1e-5;
+
+// Against the reference: 8-bit steps of any channel, and dB over all images of a kind.
+constexpr int kLargestError = 2;
+constexpr double kLeastPsnr = 55;
+
 struct ImageError {
   int largest = 0;     // of any channel, 8-bit steps
   double squared = 0;  // sum over the pixels and channels compared

@@ -11,10 +11,6 @@
 namespace blockwalk::test {
 namespace {
 
-constexpr int kLargestError = 2;  // 8-bit steps
-constexpr double kLeastPsnr = 55;
-constexpr double kNearJump = 1e-5;  // of the contrast; a float holds a density to about a tenth of it
-
 struct Look {
   std::string_view name{};
   Mode mode = Mode::blend;

@@ -17,7 +17,6 @@
 namespace blockwalk::test {
 namespace {
 
-constexpr double kNearJump = 1e-5;      // of the contrast: a float holds a density to about a tenth of it
 constexpr double kDensityError = 1e-5;  // of the contrast, at a crossing
 constexpr double kFloat = 2e-7;
 

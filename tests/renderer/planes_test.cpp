@@ -15,8 +15,6 @@
 namespace blockwalk::test {
 namespace {
 
-constexpr int kLargestError = 2;  // 8-bit steps
-
 glm::dvec3 randomDirection(std::mt19937& random) {
   std::normal_distribution<double> normal;
   const double x = normal(random), y = normal(random), z = normal(random);

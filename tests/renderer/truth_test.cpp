@@ -8,8 +8,6 @@
 namespace blockwalk::test {
 namespace {
 
-constexpr int kLargestError = 2;  // 8-bit steps
-constexpr double kLeastPsnr = 55;
 constexpr std::size_t kPixelsPerOtherHit = 10000;
 
 // How many voxels of the level a ray crosses in one world unit, at most.

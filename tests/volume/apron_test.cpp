@@ -12,7 +12,7 @@
 namespace blockwalk::volume_test {
 namespace {
 
-struct Case {
+struct ApronCase {
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   int subblock_side = 8;
@@ -21,7 +21,7 @@ struct Case {
   std::size_t channels = 1;
 };
 
-class Apron : public testing::TestWithParam<Case> {};
+class Apron : public testing::TestWithParam<ApronCase> {};
 
 using Voxel = std::array<std::byte, 4>;
 
@@ -121,7 +121,7 @@ Subblocks checkBlocks(MemorySource& source, const VolumeInfo& info, ApronLevel& 
 }
 
 TEST_P(Apron, HoldsTheRingOfEverySubblockThatInterpolationCanSee) {
-  const Case& c = GetParam();
+  const ApronCase& c = GetParam();
   const ScratchFolder folder;
   MemorySource source = randomSource(c.type, c.dims, 7, false, c.channels);
   buildVolume(source, folder / "a.bwv",
@@ -153,14 +153,15 @@ TEST_P(Apron, HoldsTheRingOfEverySubblockThatInterpolationCanSee) {
 
 INSTANTIATE_TEST_SUITE_P(
     Of, Apron,
-    testing::Values(Case{.type = VoxelType::u8, .dims = {57, 41, 33}, .block_side = 2},
-                    Case{.type = VoxelType::u8, .dims = {8, 8, 8}}, Case{.type = VoxelType::u8, .dims = {1, 1, 1}},
-                    Case{.type = VoxelType::u16, .dims = {48, 49, 47}, .threshold = 30000},
-                    Case{.type = VoxelType::rgba8, .dims = {40, 30, 50}, .subblock_side = 4, .block_side = 3},
-                    Case{.type = VoxelType::f32, .dims = {60, 20, 35}, .subblock_side = 16, .block_side = 1},
-                    Case{.type = VoxelType::f32, .dims = {1, 1, 200}, .block_side = 2},
-                    Case{.type = VoxelType::u8, .dims = {57, 41, 33}, .block_side = 2, .channels = 3},
-                    Case{.type = VoxelType::f32, .dims = {40, 30, 35}, .subblock_side = 4, .channels = 2}));
+    testing::Values(ApronCase{.type = VoxelType::u8, .dims = {57, 41, 33}, .block_side = 2},
+                    ApronCase{.type = VoxelType::u8, .dims = {8, 8, 8}},
+                    ApronCase{.type = VoxelType::u8, .dims = {1, 1, 1}},
+                    ApronCase{.type = VoxelType::u16, .dims = {48, 49, 47}, .threshold = 30000},
+                    ApronCase{.type = VoxelType::rgba8, .dims = {40, 30, 50}, .subblock_side = 4, .block_side = 3},
+                    ApronCase{.type = VoxelType::f32, .dims = {60, 20, 35}, .subblock_side = 16, .block_side = 1},
+                    ApronCase{.type = VoxelType::f32, .dims = {1, 1, 200}, .block_side = 2},
+                    ApronCase{.type = VoxelType::u8, .dims = {57, 41, 33}, .block_side = 2, .channels = 3},
+                    ApronCase{.type = VoxelType::f32, .dims = {40, 30, 35}, .subblock_side = 4, .channels = 2}));
 
 TEST(ApronLevel, OfNothingIsEmpty) {
   const ScratchFolder folder;

@@ -18,7 +18,7 @@ namespace {
 
 using testing::HasSubstr;
 
-struct Case {
+struct ChannelsCase {
   VoxelType type = VoxelType::u8;
   std::size_t channels = 2;
   bool random_access = true;
@@ -26,12 +26,12 @@ struct Case {
   bool tiny_memory = false;
 };
 
-void PrintTo(const Case& c, std::ostream* out) { *out << voxelTypeName(c.type) << " x " << c.channels; }
+void PrintTo(const ChannelsCase& c, std::ostream* out) { *out << voxelTypeName(c.type) << " x " << c.channels; }
 
-class Channels : public testing::TestWithParam<Case> {
+class Channels : public testing::TestWithParam<ChannelsCase> {
  protected:
   void build(const glm::ivec3& dims = {61, 37, 29}) {
-    const Case& c = GetParam();
+    const ChannelsCase& c = GetParam();
     source_ = randomSource(c.type, dims, 71, c.negative, c.channels);
     source_.change().random_access = c.random_access;
     const BuildOptions options{.subblock_side = 4, .block_side = 3};
@@ -160,13 +160,13 @@ TEST_P(Channels, EachIsWhatItIsAlone) {
 
 INSTANTIATE_TEST_SUITE_P(
     Of, Channels,
-    testing::Values(Case{.type = VoxelType::u8, .channels = 2},
-                    Case{.type = VoxelType::u8, .channels = 4, .random_access = false},
-                    Case{.type = VoxelType::u16, .channels = 3, .tiny_memory = true},
-                    Case{.type = VoxelType::u16, .random_access = false, .tiny_memory = true},
-                    Case{.type = VoxelType::f32, .channels = 4},
-                    Case{.type = VoxelType::f32, .random_access = false, .tiny_memory = true},
-                    Case{.type = VoxelType::f32, .channels = 3, .negative = true, .tiny_memory = true}));
+    testing::Values(ChannelsCase{.type = VoxelType::u8, .channels = 2},
+                    ChannelsCase{.type = VoxelType::u8, .channels = 4, .random_access = false},
+                    ChannelsCase{.type = VoxelType::u16, .channels = 3, .tiny_memory = true},
+                    ChannelsCase{.type = VoxelType::u16, .random_access = false, .tiny_memory = true},
+                    ChannelsCase{.type = VoxelType::f32, .channels = 4},
+                    ChannelsCase{.type = VoxelType::f32, .random_access = false, .tiny_memory = true},
+                    ChannelsCase{.type = VoxelType::f32, .channels = 3, .negative = true, .tiny_memory = true}));
 
 TEST(ChannelsBuild, VerifyFindsAVoxelThatChangedInChannelOne) {
   const ScratchFolder folder;

@@ -29,7 +29,7 @@ std::string raw(const T& value) {
 }
 
 // Three channels on several levels; channel 2 is empty but for one voxel.
-std::string smallFile(const ScratchFolder& folder) {
+std::string smallChannelsFile(const ScratchFolder& folder) {
   MemorySource source = randomSource(VoxelType::u8, {41, 23, 19}, 31, false, 3);
   source.change().channels = {{.name = "red"}, {.name = "green", .value_scale = 2}, {.name = "blå"}};
   std::fill(source.voxels.begin() + static_cast<std::ptrdiff_t>(source.voxels.size() / 3 * 2), source.voxels.end(),
@@ -77,7 +77,7 @@ TEST(FileChannels, GoldenBytesOfVersion2) {
 
 TEST(FileChannels, SaysWhatItsChannelsAre) {
   const ScratchFolder folder;
-  smallFile(folder);
+  smallChannelsFile(folder);
   const VolumeFile file(folder / "small.bwv");
   ASSERT_EQ(file.info().channels.size(), 3u);
   EXPECT_EQ(file.info().channels[0].name, "red");
@@ -87,7 +87,7 @@ TEST(FileChannels, SaysWhatItsChannelsAre) {
   EXPECT_EQ(file.levelSectionBytes(0, 1), file.levelSectionBytes(0, 2));
 }
 
-struct FieldCase {
+struct ChannelFieldCase {
   const char* name;
   std::size_t offset;
   std::string bytes;
@@ -96,7 +96,7 @@ struct FieldCase {
 
 TEST(FileChannels, ErrorsNameFieldOffsetAndBound) {
   const ScratchFolder folder;
-  const std::string whole = smallFile(folder);
+  const std::string whole = smallChannelsFile(folder);
   const std::size_t levels = static_cast<std::uint8_t>(whole[offsetof(FileHeader, level_count)]);
   ASSERT_GT(levels, 2u);
   const std::size_t channels_at = sizeof(FileHeader) + levels * 3 * sizeof(LevelEntry);
@@ -105,7 +105,7 @@ TEST(FileChannels, ErrorsNameFieldOffsetAndBound) {
   };
   const std::size_t second_entry = sizeof(FileHeader) + sizeof(LevelEntry);  // level 0, channel 1
   const auto counts = valueAt<LevelEntry>(whole, second_entry);
-  const FieldCase cases[] = {
+  const ChannelFieldCase cases[] = {
       {"version 1", 8, raw(1u), "channel_count at offset 2284 is 3, must be 0 in version 1"},
       {"version 3", 8, raw(3u), "version at offset 8 is 3, must be 1 or 2"},
       {"no channels", 2284, raw(0u), "channel_count at offset 2284 is 0, must be 2..4"},
@@ -131,7 +131,7 @@ TEST(FileChannels, ErrorsNameFieldOffsetAndBound) {
       {"dims", second_entry, raw(1u), "level dims"},
       {"offset of a section", second_entry + 32, raw(counts.blocks.offset + 64), "block records offset"},
   };
-  for (const FieldCase& field : cases) {
+  for (const ChannelFieldCase& field : cases) {
     SCOPED_TRACE(field.name);
     std::string broken = whole;
     broken.replace(field.offset, field.bytes.size(), field.bytes);
@@ -143,7 +143,7 @@ TEST(FileChannels, ErrorsNameFieldOffsetAndBound) {
 
 TEST(FileChannels, BrokenRecordsNameTheirOffset) {
   const ScratchFolder folder;
-  const std::string whole = smallFile(folder);
+  const std::string whole = smallChannelsFile(folder);
   const std::uint64_t record = blockRecordBytes(VoxelType::u8, 2);
   const auto second = valueAt<LevelEntry>(whole, sizeof(FileHeader) + sizeof(LevelEntry));
   const auto third = valueAt<LevelEntry>(whole, sizeof(FileHeader) + 2 * sizeof(LevelEntry));
@@ -175,7 +175,7 @@ TEST(FileChannels, BrokenRecordsNameTheirOffset) {
 
 TEST(FileChannels, EveryTruncationIsAnError) {
   const ScratchFolder folder;
-  const std::string whole = smallFile(folder);
+  const std::string whole = smallChannelsFile(folder);
   ASSERT_NO_THROW(readContents(folder / "small.bwv"));
   writeBytes(folder / "cut.bwv", whole);
   for (std::size_t size = whole.size(); size-- > 0;) {
@@ -187,7 +187,7 @@ TEST(FileChannels, EveryTruncationIsAnError) {
 
 TEST(FileChannels, AFlippedBitIsAnErrorOrChangesNothing) {
   const ScratchFolder folder;
-  const std::string whole = smallFile(folder);
+  const std::string whole = smallChannelsFile(folder);
   const std::string expected = readContents(folder / "small.bwv");
   std::mt19937 random(7);
   int errors = 0;

@@ -10,7 +10,7 @@ using testing::HasSubstr;
 
 const std::string kSmall = "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 2 2 1\nencoding: raw\n";
 
-std::string header(const std::string& type, const std::string& sizes, const std::string& rest) {
+std::string nrrdHeader(const std::string& type, const std::string& sizes, const std::string& rest) {
   const auto axes = std::count(sizes.begin(), sizes.end(), ' ') + 1;
   return "NRRD0005\n# a comment\ntype: " + type + "\ndimension: " + std::to_string(axes) + "\nsizes: " + sizes + "\n" +
          rest + "\n";
@@ -36,21 +36,22 @@ TEST(ImportNrrd, ReadsEveryTypeName) {
     std::stringstream names(one.names);
     for (std::string name; std::getline(names, name, '|');) {
       const auto file = scratch.write(
-          "a.nrrd", header(name, "2 1 1", "endian: little\nencoding: raw\n") + std::string(2 * one.bytes, '\0'));
+          "a.nrrd", nrrdHeader(name, "2 1 1", "endian: little\nencoding: raw\n") + std::string(2 * one.bytes, '\0'));
       EXPECT_EQ(openSource({file}, {})->info().type, one.type) << name;
     }
   }
-  EXPECT_THAT(refusal({scratch.write("b", header("block", "1 1 1", "encoding: raw\n"))}), HasSubstr("type: 'block'"));
+  EXPECT_THAT(refusal({scratch.write("b", nrrdHeader("block", "1 1 1", "encoding: raw\n"))}),
+              HasSubstr("type: 'block'"));
 }
 
 TEST(ImportNrrd, ReadsRawAndGzipInBothByteOrders) {
   const Scratch scratch;
   const std::string voxels = bytesOf<std::uint16_t>({1, 2, 300, 4, 5, 60000});
-  const std::string little = header("ushort", "3 1 2", "endian: little\nencoding: raw\n");
-  const std::string big = header("ushort", "3 1 2", "endian: big\nencoding: gzip\n");
+  const std::string little = nrrdHeader("ushort", "3 1 2", "endian: little\nencoding: raw\n");
+  const std::string big = nrrdHeader("ushort", "3 1 2", "endian: big\nencoding: gzip\n");
   EXPECT_EQ(importAll(scratch.write("a", little + voxels)), voxels);
   EXPECT_EQ(importAll(scratch.write("b", big + gzipped(swapped(voxels, 2)))), voxels);
-  EXPECT_THAT(refusal({scratch.write("c", header("ushort", "3 1 2", "encoding: raw\n") + voxels)}),
+  EXPECT_THAT(refusal({scratch.write("c", nrrdHeader("ushort", "3 1 2", "encoding: raw\n") + voxels)}),
               HasSubstr("endian"));
 }
 
@@ -59,7 +60,7 @@ TEST(ImportNrrd, TakesTheOriginAsTheFirstSamplesCentre) {
   const std::string geometry =
       "space: left-posterior-superior\nspace directions: (0,2,0) (0,0,-3) (4,0,0)\n"
       "space origin: (10,20,30)\nencoding: raw\n";
-  const auto source = openSource({scratch.write("a", header("uchar", "1 1 1", geometry) + "x")}, {});
+  const auto source = openSource({scratch.write("a", nrrdHeader("uchar", "1 1 1", geometry) + "x")}, {});
   EXPECT_EQ(worldOf(*source, {0.5, 0.5, 0.5}), glm::dvec3(10, 20, 30));
   EXPECT_EQ(worldOf(*source, {1.5, 0.5, 0.5}), glm::dvec3(10, 22, 30));
   EXPECT_EQ(worldOf(*source, {0.5, 1.5, 2.5}), glm::dvec3(18, 20, 27));
@@ -73,45 +74,47 @@ TEST(ImportNrrd, TakesTheOriginAsTheFirstSamplesCentre) {
 TEST(ImportNrrd, TakesSpacingsAndUnknownOnes) {
   const Scratch scratch;
   const auto source =
-      openSource({scratch.write("a", header("uchar", "1 1 1", "spacings: 2 nan 0.5\nencoding: raw\n") + "x")}, {});
+      openSource({scratch.write("a", nrrdHeader("uchar", "1 1 1", "spacings: 2 nan 0.5\nencoding: raw\n") + "x")}, {});
   EXPECT_EQ(worldOf(*source, {1, 1, 1}), glm::dvec3(2, 1, 0.5));
 }
 
 TEST(ImportNrrd, KnowsColourByItsKindOrByAFourthAxis) {
   const Scratch scratch;
   const std::string pixels = bytesOf<std::uint8_t>({1, 2, 3, 4, 5, 6, 7, 8});
-  const auto rgba = scratch.write("a", header("uchar", "4 2 1 1",
-                                              "kinds: RGBA-color space space space\n"
-                                              "space directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n") +
+  const auto rgba = scratch.write("a", nrrdHeader("uchar", "4 2 1 1",
+                                                  "kinds: RGBA-color space space space\n"
+                                                  "space directions: none (1,0,0) (0,1,0) (0,0,1)\nencoding: raw\n") +
                                            pixels);
   EXPECT_EQ(importAll(rgba), pixels);
   EXPECT_EQ(openSource({rgba}, {})->info().dims, glm::ivec3(2, 1, 1));
-  const auto plain = scratch.write("b", header("uchar", "4 2 1 1", "encoding: raw\n") + pixels);
+  const auto plain = scratch.write("b", nrrdHeader("uchar", "4 2 1 1", "encoding: raw\n") + pixels);
   EXPECT_EQ(openSource({plain}, {})->info().type, VoxelType::rgba8);
-  const auto slices = scratch.write("c", header("uchar", "4 2 1", "encoding: raw\n") + pixels);
+  const auto slices = scratch.write("c", nrrdHeader("uchar", "4 2 1", "encoding: raw\n") + pixels);
   EXPECT_EQ(openSource({slices}, {})->info().dims, glm::ivec3(4, 2, 1));
-  EXPECT_THAT(refusal({scratch.write("d", header("float", "4 2 1 1", "endian: little\nencoding: raw\n"))}),
+  EXPECT_THAT(refusal({scratch.write("d", nrrdHeader("float", "4 2 1 1", "endian: little\nencoding: raw\n"))}),
               HasSubstr("dimension"));
-  EXPECT_THAT(refusal({scratch.write("e", header("uchar", "2 2 2 1", "encoding: raw\n") + pixels)}),
+  EXPECT_THAT(refusal({scratch.write("e", nrrdHeader("uchar", "2 2 2 1", "encoding: raw\n") + pixels)}),
               HasSubstr("dimension"));
 }
 
 TEST(ImportNrrd, SkipsLinesAndBytes) {
   const Scratch scratch;
   const std::string skips = "line skip: 2\nbyte skip: 1\nencoding: ";
-  EXPECT_EQ(importAll(scratch.write("a", header("uchar", "4 1 1", skips + "raw\n") + "one\ntwo\n#abcd")), "abcd");
-  EXPECT_EQ(importAll(scratch.write("b", header("uchar", "4 1 1", skips + "gz\n") + "one\ntwo\n" + gzipped("#abcd"))),
-            "abcd");
+  EXPECT_EQ(importAll(scratch.write("a", nrrdHeader("uchar", "4 1 1", skips + "raw\n") + "one\ntwo\n#abcd")), "abcd");
+  EXPECT_EQ(
+      importAll(scratch.write("b", nrrdHeader("uchar", "4 1 1", skips + "gz\n") + "one\ntwo\n" + gzipped("#abcd"))),
+      "abcd");
   const std::string last = "byte skip: -1\nencoding: ";
-  EXPECT_EQ(importAll(scratch.write("c", header("uchar", "4 1 1", last + "raw\n") + "whatever abcd")), "abcd");
-  EXPECT_EQ(importAll(scratch.write("d", header("uchar", "4 1 1", last + "gz\n") + gzipped("whatever abcd"))), "abcd");
-  EXPECT_THAT(refusal({scratch.write("e", header("uchar", "4 1 1", "line skip: 9\nencoding: raw\n") + "a\nb\n")}),
+  EXPECT_EQ(importAll(scratch.write("c", nrrdHeader("uchar", "4 1 1", last + "raw\n") + "whatever abcd")), "abcd");
+  EXPECT_EQ(importAll(scratch.write("d", nrrdHeader("uchar", "4 1 1", last + "gz\n") + gzipped("whatever abcd"))),
+            "abcd");
+  EXPECT_THAT(refusal({scratch.write("e", nrrdHeader("uchar", "4 1 1", "line skip: 9\nencoding: raw\n") + "a\nb\n")}),
               HasSubstr("line skip"));
 }
 
 TEST(ImportNrrd, ReadsTextAndChecksEachNumber) {
   const Scratch scratch;
-  const std::string text = header("uchar", "3 1 1", "encoding: ascii\n");
+  const std::string text = nrrdHeader("uchar", "3 1 1", "encoding: ascii\n");
   EXPECT_EQ(importAll(scratch.write("a", text + "1 2\n255\n")), bytesOf<std::uint8_t>({1, 2, 255}));
   EXPECT_THAT(refusal({scratch.write("b", text + "1 2 256")}), HasSubstr("value 2 is '256'"));
   EXPECT_THAT(refusal({scratch.write("c", text + "1 2 3 4")}), HasSubstr("3 values were declared, 4"));
@@ -170,7 +173,7 @@ TEST(ImportNrrd, NamesTheFieldThatIsWrong) {
 TEST(ImportNrrd, RefusesEveryCutOfAFile) {
   const Scratch scratch;
   const std::string whole =
-      header("ushort", "3 1 2", "endian: little\nspacings: 1 1 2\nencoding: raw\n") + std::string(12, 'v');
+      nrrdHeader("ushort", "3 1 2", "endian: little\nspacings: 1 1 2\nencoding: raw\n") + std::string(12, 'v');
   ASSERT_EQ(importAll(scratch.write("whole", whole)), std::string(12, 'v'));
   for (std::size_t length = 0; length < whole.size(); ++length) {
     EXPECT_FALSE(refusal({scratch.write("cut", whole.substr(0, length))}).empty()) << length;

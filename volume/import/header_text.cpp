@@ -9,13 +9,13 @@
 namespace blockwalk {
 
 HeaderLines::HeaderLines(const InputFile& file) : name_(file.name()), file_bytes_(file.bytes()) {
-  text_.resize(std::min(file.bytes(), kMaxHeaderBytes));
+  text_.resize(std::min(file.bytes(), kMaxHeaderTextBytes));
   text_.resize(file.readSome(0, std::as_writable_bytes(std::span(text_))));
 }
 
 std::optional<std::string_view> HeaderLines::next() {
   if (position_ >= text_.size()) {
-    if (text_.size() < file_bytes_) failData("{}: the header is longer than {} bytes", name_, kMaxHeaderBytes);
+    if (text_.size() < file_bytes_) failData("{}: the header is longer than {} bytes", name_, kMaxHeaderTextBytes);
     return std::nullopt;
   }
   const std::size_t end = std::min(text_.find('\n', position_), text_.size());

@@ -13,13 +13,13 @@
 namespace blockwalk {
 
 // A header longer than this is refused.
-constexpr std::uint64_t kMaxHeaderBytes = std::uint64_t{1} << 20;
+constexpr std::uint64_t kMaxHeaderTextBytes = std::uint64_t{1} << 20;
 
 // Lines of a header, one after another, without their ends (LF or CRLF).
 class HeaderLines {
  public:
   explicit HeaderLines(const InputFile& file);
-  // nothing at the end of the file; throws DataError at kMaxHeaderBytes
+  // nothing at the end of the file; throws DataError at kMaxHeaderTextBytes
   std::optional<std::string_view> next();
   // file offset of what follows the last line
   std::uint64_t position() const { return position_; }
