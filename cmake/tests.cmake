@@ -28,7 +28,9 @@ function(add_room_test room)
     BLOCKWALK_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}")
   if(ARG_WHOLE)
     add_test(NAME ${room}.all COMMAND test_${room})
-    set_tests_properties(${room}.all PROPERTIES TIMEOUT ${ARG_TIMEOUT} LABELS ${room} ${sanitizer_properties})
+    # The longest comes first, so that it does not run on alone.
+    set_tests_properties(${room}.all PROPERTIES TIMEOUT ${ARG_TIMEOUT} COST ${ARG_TIMEOUT} LABELS ${room}
+      ${sanitizer_properties})
     return()
   endif()
   gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
@@ -40,6 +42,7 @@ add_room_test(protocol TIMEOUT 120 LIBRARIES protocol renderer PNG::PNG PkgConfi
 add_room_test(renderer DRAWS TIMEOUT 900 LIBRARIES renderer protocol reference)
 add_room_test(extreme DRAWS WHOLE TIMEOUT 1800 LIBRARIES renderer protocol reference SHARES tests/renderer/stage.cpp
   tests/renderer/compare.cpp tests/renderer/synthetic.cpp)
+target_include_directories(test_renderer PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/spirv)
 add_room_test(server DRAWS TIMEOUT 300 LIBRARIES server)
 add_room_test(cli DRAWS TIMEOUT 300 LIBRARIES protocol)
 if(TARGET test_cli)
@@ -68,5 +71,5 @@ if(BLOCKWALK_WEB)
   add_test(NAME web.unit COMMAND ${NODE} --test WORKING_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/web/test)
   add_test(NAME web.browser COMMAND ${CMAKE_COMMAND} -E env BLOCKWALK_BIN=$<TARGET_FILE_DIR:blockwalkd>
     ${NODE} --test ${CMAKE_CURRENT_BINARY_DIR}/web/browser_test.mjs)
-  set_tests_properties(web.unit web.browser PROPERTIES TIMEOUT 600 LABELS web)
+  set_tests_properties(web.unit web.browser PROPERTIES TIMEOUT 600 COST 600 LABELS web)
 endif()

@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/kernels.h"
 
-#include <array>
-
 #include "render.spv.h"
 #include "render_general.spv.h"
 #include "render_general_rayquery.spv.h"
 #include "render_rayquery.spv.h"
+#include "renderer/specialise.h"
 
 namespace blockwalk {
 
@@ -17,7 +16,6 @@ Kernels::Kernels(const Device& device) : device_(device) {
   const vk::PushConstantRange push{
       .stageFlags = vk::ShaderStageFlagBits::eCompute, .offset = 0, .size = kChoicesOffset + sizeof(KernelKey)};
   plain_layout_ = handle.createPipelineLayout(vk::PipelineLayoutCreateInfo{}.setPushConstantRanges(push));
-  plain_module_ = makeModule(render_spirv);
   cache_ = handle.createPipelineCache({});
   if (!device.rayQuery()) return;
 
@@ -34,14 +32,15 @@ Kernels::Kernels(const Device& device) : device_(device) {
           .setPoolSizes(size));
   set_ = std::move(handle.allocateDescriptorSets(
       vk::DescriptorSetAllocateInfo{.descriptorPool = *descriptor_pool_}.setSetLayouts(*set_layout_))[0]);
-  query_module_ = makeModule(render_rayquery_spirv);
 }
 
 vk::raii::ShaderModule Kernels::makeModule(std::span<const std::uint32_t> words) const {
   return device_.handle().createShaderModule({.codeSize = words.size_bytes(), .pCode = words.data()});
 }
 
-vk::raii::Pipeline Kernels::makePipeline(bool ray_query, const vk::PipelineShaderStageCreateInfo& stage) const {
+vk::raii::Pipeline Kernels::makePipeline(bool ray_query, vk::ShaderModule module) const {
+  const vk::PipelineShaderStageCreateInfo stage{
+      .stage = vk::ShaderStageFlagBits::eCompute, .module = module, .pName = "main"};
   return device_.handle().createComputePipeline(
       cache_, vk::ComputePipelineCreateInfo{.stage = stage, .layout = *layout(ray_query)});
 }
@@ -64,18 +63,10 @@ const vk::raii::Pipeline& Kernels::pipeline(const KernelKey& key) {
 
   const bool ray_query =
       key.finder == gpu::kFinderQuery || key.finder == gpu::kFinderClusters || key.finder == gpu::kFinderBoundary;
-  std::array<vk::SpecializationMapEntry, kKernelConstants> entries;
-  for (std::uint32_t i = 0; i < kKernelConstants; ++i) {
-    entries[i] = vk::SpecializationMapEntry{.constantID = i, .offset = i * 4, .size = 4};
-  }
-  const vk::SpecializationInfo specialisation{
-      .mapEntryCount = kKernelConstants, .pMapEntries = entries.data(), .dataSize = sizeof key, .pData = &key};
-  return pipelines_
-      .emplace(key, makePipeline(ray_query, {.stage = vk::ShaderStageFlagBits::eCompute,
-                                             .module = ray_query ? *query_module_ : *plain_module_,
-                                             .pName = "main",
-                                             .pSpecializationInfo = &specialisation}))
-      .first->second;
+  const std::vector<std::uint32_t> words =
+      specialise(ray_query ? std::span<const std::uint32_t>(render_rayquery_spirv) : render_spirv, key);
+  const vk::raii::ShaderModule module = makeModule(words);
+  return pipelines_.emplace(key, makePipeline(ray_query, *module)).first->second;
 }
 
 const vk::raii::Pipeline& Kernels::general(bool ray_query) {
@@ -83,11 +74,7 @@ const vk::raii::Pipeline& Kernels::general(bool ray_query) {
   if (found != general_.end()) return found->second;
   const vk::raii::ShaderModule module =
       ray_query ? makeModule(render_general_rayquery_spirv) : makeModule(render_general_spirv);
-  return general_
-      .emplace(
-          ray_query,
-          makePipeline(ray_query, {.stage = vk::ShaderStageFlagBits::eCompute, .module = *module, .pName = "main"}))
-      .first->second;
+  return general_.emplace(ray_query, makePipeline(ray_query, *module)).first->second;
 }
 
 }  // namespace blockwalk

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Compute pipelines, one a KernelKey, made when first asked for; and the general one, to measure them against.
+// Compute pipelines, one a KernelKey, specialised and made when first asked for; and the general one, to measure them
+// against.
 #pragma once
 
 #include <map>
@@ -27,7 +28,7 @@ class Kernels {
 
  private:
   vk::raii::ShaderModule makeModule(std::span<const std::uint32_t> words) const;
-  vk::raii::Pipeline makePipeline(bool ray_query, const vk::PipelineShaderStageCreateInfo& stage) const;
+  vk::raii::Pipeline makePipeline(bool ray_query, vk::ShaderModule module) const;
 
   const Device& device_;
   vk::raii::PipelineLayout plain_layout_{nullptr};
@@ -35,8 +36,6 @@ class Kernels {
   vk::raii::DescriptorSetLayout set_layout_{nullptr};
   vk::raii::DescriptorPool descriptor_pool_{nullptr};
   vk::raii::DescriptorSet set_{nullptr};
-  vk::raii::ShaderModule plain_module_{nullptr};
-  vk::raii::ShaderModule query_module_{nullptr};
   vk::raii::PipelineCache cache_{nullptr};
   std::map<KernelKey, vk::raii::Pipeline> pipelines_;
   std::map<bool, vk::raii::Pipeline> general_;  // by ray_query

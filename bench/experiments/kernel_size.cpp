@@ -3,15 +3,14 @@
 
 #include <spirv-tools/optimizer.hpp>
 
-#include <cstring>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "render.spv.h"
 #include "render_general.spv.h"
 #include "render_general_rayquery.spv.h"
 #include "render_rayquery.spv.h"
+#include "renderer/specialise.h"
 #include "volume/error.h"
 
 namespace blockwalk::bench {
@@ -40,14 +39,6 @@ std::size_t countInstructions(std::span<const std::uint32_t> words) {
   return count;
 }
 
-std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> constantsOf(const KernelKey& key) {
-  std::uint32_t words[kKernelConstants];
-  std::memcpy(words, &key, sizeof key);
-  std::unordered_map<std::uint32_t, std::vector<std::uint32_t>> values;
-  for (std::uint32_t id = 0; id < kKernelConstants; ++id) values[id] = {words[id]};
-  return values;
-}
-
 }  // namespace
 
 std::size_t kernelInstructions(const std::optional<KernelKey>& key, bool ray_query) {
@@ -55,13 +46,10 @@ std::size_t kernelInstructions(const std::optional<KernelKey>& key, bool ray_que
   std::string complaint;
   optimizer.SetMessageConsumer(
       [&](spv_message_level_t, const char*, const spv_position_t&, const char* message) { complaint = message; });
-  if (key) {
-    optimizer.RegisterPass(spvtools::CreateSetSpecConstantDefaultValuePass(constantsOf(*key)))
-        .RegisterPass(spvtools::CreateFreezeSpecConstantValuePass())
-        .RegisterPass(spvtools::CreateFoldSpecConstantOpAndCompositePass());
-  }
   optimizer.RegisterPerformancePasses();
-  const auto module = moduleOf(!key, ray_query);
+  std::vector<std::uint32_t> special;
+  if (key) special = specialise(moduleOf(false, ray_query), *key);
+  const std::span<const std::uint32_t> module = key ? special : moduleOf(true, ray_query);
   std::vector<std::uint32_t> optimised;
   spvtools::OptimizerOptions options;
   options.set_run_validator(false);  // the build has validated the module
