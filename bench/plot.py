@@ -82,6 +82,60 @@ def draw_error(result, path):
     figure.savefig(path)
 
 
+def bars(axis, groups, title, unit):
+    """groups: name -> {choice: (value, below, above)}"""
+    choices = list(dict.fromkeys(choice for values in groups.values() for choice in values))
+    width = 0.8 / len(choices)
+    for number, choice in enumerate(choices):
+        places = [place + number * width for place, values in enumerate(groups.values()) if choice in values]
+        found = [values[choice] for values in groups.values() if choice in values]
+        axis.bar(places, [value for value, _, _ in found], width, color=plot.cm.tab20(number % 20), label=choice,
+                 yerr=[[below for _, below, _ in found], [above for _, _, above in found]], error_kw={"lw": 0.6})
+    axis.set(yscale="log", title=title, ylabel=unit)
+    axis.set_xticks([place + 0.4 - width / 2 for place in range(len(groups))], groups, fontsize=7)
+    axis.grid(axis="y", alpha=0.2)
+    axis.legend(fontsize=6, ncols=2)
+
+
+def spans(runs):
+    """Device milliseconds of every choice, with the quartiles as bars."""
+    return {run["choice"]: (run["ms"]["median"], max(0, run["ms"]["median"] - run["ms"]["q1"]),
+                            max(0, run["ms"]["q3"] - run["ms"]["median"])) for run in runs}
+
+
+def draw_panels(result, panels, path):
+    figure, axes = plot.subplots(len(panels), 1, figsize=(11, 4 * len(panels)), squeeze=False)
+    for axis, (title, groups) in zip(axes.flat, panels.items()):
+        bars(axis, groups, title, "device ms")
+    figure.suptitle(f"{result['device']}, {result['driver']}, {result['size'][0]}x{result['size'][1]}, {result['date']}",
+                    fontsize=9)
+    figure.tight_layout()
+    figure.savefig(path)
+
+
+def draw_paper_blocks(result, path):
+    draw_panels(result, {f"mode {mode}": {scene["name"]: spans(scene[mode]) for scene in result["scenes"]}
+                         for mode in ("blocks", "blend")}, path)
+
+
+def draw_paper_boundary(result, path):
+    panels = {"one_ray": "one ray a pixel", "four_rays": "four rays a pixel", "rebuilt": "rebuilt every frame"}
+    draw_panels(result, {title: {scene["name"]: spans(scene[name]) for scene in result["scenes"]}
+                         for name, title in panels.items() if name in result["scenes"][0]}, path)
+
+
+def draw_paper_octree(result, path):
+    panels = {}
+    for scene in result["scenes"]:
+        groups = panels.setdefault(f"{scene['name']}, {scene['matter']}", {})
+        groups[f"{scene['distance']}, level {scene['level']}"] = spans(scene["runs"])
+    draw_panels(result, panels, path)
+
+
+DRAWINGS = {"error": draw_error, "paper-blocks": draw_paper_blocks, "paper-boundary": draw_paper_boundary,
+            "paper-octree": draw_paper_octree}
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("file")
@@ -92,7 +146,7 @@ def main():
             result = json.load(file)
     except (OSError, ValueError) as error:
         sys.exit(f"bench/plot.py: {arguments.file}: {error}")
-    draw = {"error": draw_error}.get(result.get("experiment"))
+    draw = DRAWINGS.get(result.get("experiment"))
     if draw is None:
         sys.exit(f"bench/plot.py: {arguments.file}: experiment {result.get('experiment')!r} is not known")
     draw(result, arguments.output)

@@ -93,7 +93,99 @@ def error(result):
         yield ""
 
 
-TABLES = {"error": error, "kernels": kernels}
+def times(runs):
+    return [f"{run['ms']['mean']:.1f} ({run['ms']['q1']:.1f} to {run['ms']['q3']:.1f})" for run in runs]
+
+
+def against_best(runs, name="auto"):
+    """How many times the best median the run of that name took."""
+    run = next((run for run in runs if run["choice"] == name), None)
+    return "" if run is None else f"{run['ms']['median'] / min(r['ms']['median'] for r in runs):.2f}"
+
+
+def loss(runs, finder):
+    """Walking and culling together against the best that either or neither does."""
+    own = {run["choice"]: run["ms"]["median"] for run in runs if run["choice"].split("+")[0] == finder}
+    return f"{own[finder + '+walk+cull'] / min(own.values()):.2f}" if own else ""
+
+
+def bytes_by_part(scenes):
+    parts = dict.fromkeys(part for scene in scenes for part in scene["bytes"])
+    yield from head("MB on the device", "voxels of level 0", *parts, "together")
+    for scene in scenes:
+        sizes = [scene["bytes"].get(part, 0) for part in parts]
+        yield row(scene["name"], "x".join(map(str, scene["dims"])), *map(megabytes, sizes), megabytes(sum(sizes)))
+
+
+def paper_blocks(result):
+    scenes = result["scenes"]
+    for mode in ("blocks", "blend"):
+        runs = scenes[0][mode]
+        yield f"### Milliseconds a frame, mode {mode}: mean (quartiles)"
+        yield ""
+        finders = dict.fromkeys(run["choice"].split("+")[0] for run in runs)
+        yield from head("scene", *(run["choice"] for run in runs), *(f"{finder}: loss" for finder in finders))
+        for scene in scenes:
+            yield row(scene["name"], *times(scene[mode]), *(loss(scene[mode], finder) for finder in finders))
+        yield ""
+        yield f"### Thousands of queries a frame, mode {mode}"
+        yield ""
+        yield from head("scene", *(run["choice"] for run in runs))
+        for scene in scenes:
+            yield row(scene["name"], *(f"{run['queries'] / 1e3:.1f}" for run in scene[mode]))
+        yield ""
+    yield from bytes_by_part(scenes)
+
+
+def build_times(scenes):
+    choices = [run["choice"] for run in scenes[0]["rebuilt"]]
+    yield from head("scene", "choice", "cells", "active", "boxes or triangles", "T_tf ms", "T_tris ms", "T_BVH ms",
+                    "T_total ms", "frames a second, rebuilt every frame")
+    for scene in scenes:
+        for choice, run in zip(choices, scene["rebuilt"]):
+            build = run["build"]
+            yield row(scene["name"], choice, build["cells"], build["active_cells"], build["primitives"],
+                      *(f"{build[stage + '_ms']:.1f}" for stage in ("tf", "tris", "bvh", "total")),
+                      f"{1e3 / run['ms']['median']:.1f}")
+
+
+def paper_boundary(result):
+    scenes = result["scenes"]
+    for name, title in (("one_ray", "one ray a pixel"), ("four_rays", "four rays a pixel")):
+        yield f"### Frames a second, {title}"
+        yield ""
+        yield from head("scene", *(run["choice"] for run in scenes[0][name]), "auto chose", "auto against the best")
+        for scene in scenes:
+            runs = scene[name]
+            chosen = next(run["finder"] for run in runs if run["choice"] == "auto")
+            yield row(scene["name"], *(f"{1e3 / run['ms']['median']:.1f}" for run in runs), chosen, against_best(runs))
+        yield ""
+    if "rebuilt" in scenes[0]:
+        yield "### Building"
+        yield ""
+        yield from build_times(scenes)
+        yield ""
+    yield from bytes_by_part(scenes)
+
+
+def paper_octree(result):
+    scenes = result["scenes"]
+    yield from head("volume", "matter", "distance", "level", *(f"{run['choice']}: ms" for run in scenes[0]["runs"]),
+                    "voxels a pixel", "auto against the best")
+    pixels = result["size"][0] * result["size"][1]
+    for scene in scenes:
+        level = scene["drawn_level"] if scene["level"] == 0 else f"auto ({scene['drawn_level']})"
+        walked = next(run for run in scene["runs"] if run["choice"] == "octree+walk")
+        yield row(scene["name"], scene["matter"], scene["distance"], level,
+                  *(f"{run['ms']['median']:.1f}" for run in scene["runs"]), f"{walked['voxel_steps'] / pixels:.1f}",
+                  against_best(scene["runs"]))
+    yield ""
+    for name, sizes in result["bytes"].items():
+        yield f"{name}: MB on the device: {parts(sizes)}."
+
+
+TABLES = {"error": error, "kernels": kernels, "paper-blocks": paper_blocks, "paper-boundary": paper_boundary,
+          "paper-octree": paper_octree}
 
 
 def main():

@@ -55,6 +55,11 @@ const ActiveRegion& ActiveRegions::boundary(VulkanVolume& volume, ResidentLevel&
   return rebuilt(boundary_, volume, level, std::move(key), &ActiveRegions::extractBoundary);
 }
 
+void ActiveRegions::forget() {
+  clusters_.key = {};
+  boundary_.key = {};
+}
+
 const ActiveRegion& ActiveRegions::rebuilt(ActiveRegion& region, VulkanVolume& volume, ResidentLevel& level,
                                            RegionKey key, Build build) {
   region.build.rebuilt = region.key != key;

@@ -55,6 +55,9 @@ class ActiveRegions {
   const ActiveRegion& clusters(VulkanVolume& volume, ResidentLevel& level, RegionKey key);
   const ActiveRegion& boundary(VulkanVolume& volume, ResidentLevel& level, RegionKey key);
 
+  // The next that is asked for is built anew.
+  void forget();
+
  private:
   using Build = void (ActiveRegions::*)(ActiveRegion& region);
 

@@ -344,6 +344,7 @@ Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const Render
   if (plan.is_blank) {
     if (view.output == Output::color) fillBackground(view, frame);
   } else {
+    if (options.rebuild) regions_.forget();
     run = startRun(volume, view, plan, options);
     draw(volume, view, plan, options, values, run, frame);
   }

@@ -125,6 +125,8 @@ struct RenderOptions {
   // Draw with the one kernel that makes every choice at run time: the same picture, slower. For measuring what
   // specialisation is worth.
   bool general = false;
+  // Build what clusters or boundary look for anew, as after a change of the range. For measuring what that takes.
+  bool rebuild = false;
   const std::atomic<bool>* cancel = nullptr;  // looked at between bands, and between samples of one
   std::optional<SampleStep> step = {};        // none: all samples at once
 };

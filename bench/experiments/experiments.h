@@ -19,6 +19,7 @@ struct ExperimentOptions {
   int samples = 5;                                  // frames a figure; its time is their median
   int demo_side = 96;                               // voxels of the procedural scenes
   std::vector<std::filesystem::path> files;         // volumes to measure beside them
+  std::filesystem::path pictures;                   // a folder for pictures of what is measured; empty: none
   std::function<void(const std::string&)> on_step;  // a line about what comes next
 };
 
@@ -30,5 +31,11 @@ nlohmann::json runErrorExperiment(const ExperimentOptions& options);
 // Specialised kernels against one general kernel, alternating; SPIR-V instructions of both; bytes on the device that a
 // scene asks for, and bytes that it does not.
 nlohmann::json runKernelExperiment(const ExperimentOptions& options);
+
+// The experiments of Derin et al. 2021, Wald et al. 2021 and Lukic 2017, on procedural stand-ins of the same
+// proportions and on `files`. docs/experiments/ says what the JSON holds and what came of it.
+nlohmann::json runPaperBlocks(const ExperimentOptions& options);
+nlohmann::json runPaperBoundary(const ExperimentOptions& options);
+nlohmann::json runPaperOctree(const ExperimentOptions& options);
 
 }  // namespace blockwalk::bench

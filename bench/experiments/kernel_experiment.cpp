@@ -181,8 +181,7 @@ json runKernelExperiment(const ExperimentOptions& options) {
   std::vector<double> ratios;
   for (const Scene& scene : scenes) {
     if (options.on_step) options.on_step(scene.name);
-    const SceneFile& file = *std::ranges::find(files.all(), scene.volume, &SceneFile::name);
-    const auto volume = renderer->load(VolumeFile(file.path));
+    const auto volume = renderer->load(VolumeFile(files.named(scene.volume)));
     View view;
     view.width = options.width;
     view.height = options.height;

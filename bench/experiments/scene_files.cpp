@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/experiments/scene_files.h"
 
+#include <algorithm>
 #include <cstdlib>
 
 #include "volume/builder.h"
@@ -25,6 +26,10 @@ SceneFiles::SceneFiles(const ExperimentOptions& options, const std::vector<std::
 SceneFiles::~SceneFiles() {
   std::error_code ignored;  // a folder that cannot be removed is the system's to clean
   std::filesystem::remove_all(folder_, ignored);
+}
+
+const std::filesystem::path& SceneFiles::named(const std::string& name) const {
+  return std::ranges::find(scenes_, name, &SceneFile::name)->path;
 }
 
 }  // namespace blockwalk::bench

@@ -25,6 +25,8 @@ class SceneFiles {
   SceneFiles& operator=(const SceneFiles&) = delete;
 
   const std::vector<SceneFile>& all() const { return scenes_; }
+  // Of the first with that name, which is there.
+  const std::filesystem::path& named(const std::string& name) const;
 
  private:
   std::filesystem::path folder_;

@@ -7,6 +7,7 @@
 
 #include "bench/experiments/experiments.h"
 #include "clients/cli/commands.h"
+#include "protocol/view_fields.h"
 #include "volume/error.h"
 
 namespace blockwalk {
@@ -14,10 +15,23 @@ namespace {
 
 struct Experiment {
   std::string_view name;
+  std::string_view help;
   nlohmann::json (*run)(const bench::ExperimentOptions&);
 };
 
-constexpr Experiment kExperiments[] = {{"error", bench::runErrorExperiment}, {"kernels", bench::runKernelExperiment}};
+constexpr Experiment kExperiments[] = {
+    {"error", "error against run time for every knob", bench::runErrorExperiment},
+    {"kernels", "specialised kernels against a general one", bench::runKernelExperiment},
+    {"paper-blocks", "walking and culling, after Derin et al. 2021", bench::runPaperBlocks},
+    {"paper-boundary", "finders of the active region, after Wald et al. 2021", bench::runPaperBoundary},
+    {"paper-octree", "an octree from near and far, after Lukic 2017", bench::runPaperOctree}};
+
+void setSize(bench::ExperimentOptions& options, const std::string& text) {
+  ImageRequest request;
+  setViewField(request, "size", text);
+  options.width = request.view.width;
+  options.height = request.view.height;
+}
 
 struct BenchCommand {
   std::string name;
@@ -50,21 +64,23 @@ void addBenchCommand(CLI::App& app) {
   auto bench = std::make_shared<BenchCommand>();
   CLI::App* command = app.add_subcommand("bench", "Run a named experiment; bench/plot.py draws what it writes");
   std::vector<std::string> names;
-  for (const Experiment& experiment : kExperiments) names.emplace_back(experiment.name);
-  command
-      ->add_option("NAME", bench->name,
-                   "error: error against run time for every knob; kernels: specialised kernels against a general one")
-      ->required()
-      ->check(CLI::IsMember(names));
+  std::string help;
+  for (const Experiment& experiment : kExperiments) {
+    names.emplace_back(experiment.name);
+    help += fmt::format("{}{}: {}", help.empty() ? "" : "; ", experiment.name, experiment.help);
+  }
+  command->add_option("NAME", bench->name, help)->required()->check(CLI::IsMember(names));
   command->add_option("FILE", bench->options.files, "volumes to measure beside the procedural ones")
       ->check(CLI::ExistingFile);
   command->add_option("--json", bench->json_path, "write there instead of to standard output");
-  command->add_option("--width", bench->options.width, "pixels of a picture (160)")->check(CLI::Range(1, 8192));
-  command->add_option("--height", bench->options.height, "pixels of a picture (120)")->check(CLI::Range(1, 8192));
+  command->add_option_function<std::string>(
+      "--size", [bench](const std::string& text) { setSize(bench->options, text); },
+      "pixels of a picture, WxH (160x120)");
   command->add_option("--samples", bench->options.samples, "frames a figure, whose time is their median (5)")
       ->check(CLI::Range(1, 1000));
   command->add_option("--demo-side", bench->options.demo_side, "voxels of the procedural volumes (96)")
-      ->check(CLI::Range(8, 1024));
+      ->check(CLI::Range(8, 4096));
+  command->add_option("--pictures", bench->options.pictures, "a folder for pictures of what is measured");
   command->add_option("--device", bench->options.device.device, "part of a device's name, or its number");
   command->callback([bench] { bench->run(); });
 }

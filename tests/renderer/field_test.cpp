@@ -79,8 +79,6 @@ TEST_P(FieldTest, IsDrawnAsTheReferenceDraws) {
   }
 }
 
-// Every pair of choices was compared for the nearest filter; what differs with the field is what is culled, and with
-// what.
 // combinations_test.cpp compares every pair for the nearest filter. What the field adds is the apron and its ranges,
 // the same for every look: three of them meet a sample, a crossing and an interval between two densities.
 TEST_P(FieldTest, IsTheSameForEveryFinderWalkAndCull) {
@@ -90,7 +88,9 @@ TEST_P(FieldTest, IsTheSameForEveryFinderWalkAndCull) {
     const std::vector<View> all_views = views(dense, look);
     for (std::size_t v = 0; v < all_views.size(); ++v) {
       const View& view = all_views[v];
-      const std::vector<Combination> combinations = v == 0 ? everyFinder() : RendererTest::combinations();
+      std::vector<Combination> combinations = everyFinder();
+      // A kernel takes half a second or more to compile: of the other views both or neither.
+      if (v > 0) std::erase_if(combinations, [](const Combination& c) { return c.walk != c.cull; });
       const Frame first = draw(scene(), with(view, combinations.front()));
       for (std::size_t i = 1; i < combinations.size(); ++i) {
         const ImageError error = compareImages(draw(scene(), with(view, combinations[i])), first);

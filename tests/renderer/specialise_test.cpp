@@ -21,7 +21,8 @@ constexpr std::uint32_t kOpRayQueryInitialize = 4473;
 
 std::size_t count(std::span<const std::uint32_t> words, std::uint32_t opcode) {
   std::size_t found = 0;
-  for (std::size_t at = kHeaderWords; at < words.size(); at += words[at] >> 16) found += (words[at] & 0xffffu) == opcode;
+  for (std::size_t at = kHeaderWords; at < words.size(); at += words[at] >> 16)
+    found += (words[at] & 0xffffu) == opcode;
   return found;
 }
 
