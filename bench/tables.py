@@ -168,6 +168,20 @@ def paper_boundary(result):
     yield from bytes_by_part(scenes)
 
 
+def masks(result):
+    """Means over the ranges; the last column counts the ranges where quantiles cull more, and where less."""
+    names = ("uniform", "quantile", "extent", "extent_uniform", "extent_quantile", "truth")
+    yield from head("volume", "type", "subblocks", "uniform bins %", "quantile bins %", "min and max %",
+                    "min, max and uniform %", "min, max and quantile %", "none is in range %", "quantiles better, worse")
+    for scene in result["scenes"]:
+        ranges = scene["ranges"]
+        better = sum(r["extent_quantile"] > r["extent_uniform"] + 1e-3 for r in ranges)
+        worse = sum(r["extent_quantile"] < r["extent_uniform"] - 1e-3 for r in ranges)
+        yield row(scene["name"], scene["type"], scene["subblocks"],
+                  *(f"{100 * sum(r[name] for r in ranges) / max(1, len(ranges)):.1f}" for name in names),
+                  f"{better}, {worse}")
+
+
 def paper_octree(result):
     scenes = result["scenes"]
     yield from head("volume", "matter", "distance", "level", *(f"{run['choice']}: ms" for run in scenes[0]["runs"]),
@@ -184,7 +198,7 @@ def paper_octree(result):
         yield f"{name}: MB on the device: {parts(sizes)}."
 
 
-TABLES = {"error": error, "kernels": kernels, "paper-blocks": paper_blocks, "paper-boundary": paper_boundary,
+TABLES = {"error": error, "kernels": kernels, "masks": masks, "paper-blocks": paper_blocks, "paper-boundary": paper_boundary,
           "paper-octree": paper_octree}
 
 
@@ -200,8 +214,9 @@ def main():
     table = TABLES.get(result.get("experiment"))
     if table is None:
         sys.exit(f"bench/tables.py: {arguments.file}: experiment {result.get('experiment')!r} has no tables")
-    print(f"{result['device']}, {result['driver']}, {result['size'][0]}x{result['size'][1]}, "
-          f"median of {result['samples']}, {result['date']}.\n")
+    if "device" in result:
+        print(f"{result['device']}, {result['driver']}, {result['size'][0]}x{result['size'][1]}, "
+              f"median of {result['samples']}, {result['date']}.\n")
     print("\n".join(table(result)))
 
 

@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
+#include <numeric>
 #include <utility>
 
+#include "renderer/finder_probe.h"
 #include "renderer/visible_densities.h"
 
 namespace blockwalk {
@@ -25,11 +27,22 @@ void fillBackground(const View& view, Frame& frame) {
   std::ranges::fill(frame.pixels, pixel);
 }
 
+// lavapipe gives each of its threads one run of a dispatch's workgroups, as many to each, and waits for the slowest.
+// What is far apart in the dispatch therefore lies side by side in the picture, where rays cost about the same: the
+// stride is near the golden section of the rows, and coprime to them, so that every run of rows is spread over the
+// whole band. Hardware hands out workgroups as it goes, and gains by neighbours.
+std::uint32_t spreadStride(std::uint32_t rows) {
+  auto stride = std::max(1u, static_cast<std::uint32_t>(0.6180339887 * rows));
+  while (std::gcd(stride, rows) != 1) ++stride;
+  return stride;
+}
+
 }  // namespace
 
 FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
     : device_(device),
       band_ms_(options.band_ms),
+      probe_software_(options.probe_software),
       kernels_(device),
       visible_cells_(device),
       regions_(device),
@@ -161,6 +174,7 @@ void FrameRenderer::recordDispatches(const Plan& plan, int width, const Band& ba
   const auto groups = [](int pixels) {
     return static_cast<std::uint32_t>((pixels + gpu::kGroupSide - 1) / gpu::kGroupSide);
   };
+  const std::uint32_t row_stride = device_.isSoftware() ? spreadStride(groups(band.row_count)) : 1;
   // A sample adds to the sums and pixels that the one before has written, in this submission or an earlier one.
   const auto shader = vk::AccessFlagBits::eShaderWrite;
   const vk::MemoryBarrier to_next{.srcAccessMask = shader, .dstAccessMask = shader | vk::AccessFlagBits::eShaderRead};
@@ -174,7 +188,7 @@ void FrameRenderer::recordDispatches(const Plan& plan, int width, const Band& ba
                                   .row_begin = band.row_begin,
                                   .row_count = band.row_count,
                                   .sample_index = static_cast<gpu::uint>(sample),
-                                  .padding = 0};
+                                  .row_stride = row_stride};
     commands_.pushConstants<gpu::PushConstants>(*layout, vk::ShaderStageFlagBits::eCompute, 0, push);
     commands_.dispatch(groups(width), groups(band.row_count), 1);
   }
@@ -258,8 +272,31 @@ void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, co
   }
 }
 
-DeviceTraits FrameRenderer::traits() const {
-  return {.ray_query = device_.rayQuery(), .software = device_.isSoftware(), .max_instances = device_.maxInstances()};
+DeviceTraits FrameRenderer::traits(const VulkanVolume& volume) const {
+  return {.ray_query = device_.rayQuery(),
+          .software = device_.isSoftware(),
+          .max_instances = device_.maxInstances(),
+          .fastest = volume.fastest_finder};
+}
+
+// With a small picture of the first view that leaves the finder to us and shows something.
+void FrameRenderer::probeFinders(VulkanVolume& volume, const View& view) {
+  if (view.finder != Finder::automatic || volume.fastest_finder != Finder::automatic) return;
+  if (!device_.rayQuery() || (device_.isSoftware() && !probe_software_)) return;
+  View small = view;
+  small.width = std::min(view.width, kProbeSide);
+  small.height = std::min(view.height, kProbeSide);
+  small.samples = 1;
+  const Plan probed = plan(small, volume.info(), traits(volume), false, false);
+  const std::uint64_t blocks = volume.info().levels[static_cast<std::size_t>(probed.level)].block_count;
+  if (probed.is_blank || blocks > device_.maxInstances()) return;
+  const Finder candidates[] = {Finder::query, Finder::grid};
+  volume.fastest_finder = fastestFinder(candidates, kProbeRounds, [&](Finder finder) {
+    small.finder = finder;
+    const Plan tried = plan(small, volume.info(), traits(volume), false, false);
+    return drawPlan(volume, small, tried, {.count = false}).stats.gpu_ms;
+  });
+  volume.drop(volume.fastest_finder == Finder::grid ? Finder::query : Finder::grid);
 }
 
 // The general kernel holds every finder that the device has, so the query's instances must be there to be bound.
@@ -271,7 +308,7 @@ void FrameRenderer::generalise(Plan& plan, const VolumeInfo& info) const {
 }
 
 void FrameRenderer::prepare(VulkanVolume& volume, const View& view) {
-  const Plan plan = blockwalk::plan(view, volume.info(), traits(), false, false);
+  const Plan plan = blockwalk::plan(view, volume.info(), traits(volume), false, false);
   if (!plan.is_blank) bindVolume(volume, view, plan);
 }
 
@@ -322,9 +359,14 @@ void FrameRenderer::draw(VulkanVolume& volume, const View& view, const Plan& pla
 }
 
 Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const RenderOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
-  Plan plan = blockwalk::plan(view, volume.info(), traits(), options.count, options.probe);
+  probeFinders(volume, view);
+  Plan plan = blockwalk::plan(view, volume.info(), traits(volume), options.count, options.probe);
   if (options.general) generalise(plan, volume.info());
+  return drawPlan(volume, view, plan, options);
+}
+
+Frame FrameRenderer::drawPlan(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options) {
+  const auto start = std::chrono::steady_clock::now();
   const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   Frame frame;
   frame.width = view.width;

@@ -28,8 +28,10 @@ class FrameRenderer {
                   gpu::FrameParams& params);
   void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, const ChannelPlan& drawn,
                  gpu::DrawnChannel& params);
-  DeviceTraits traits() const;
+  DeviceTraits traits(const VulkanVolume& volume) const;
+  void probeFinders(VulkanVolume& volume, const View& view);
   void generalise(Plan& plan, const VolumeInfo& info) const;
+  Frame drawPlan(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options);
   // Rows of the image, and samples of them that one submission draws.
   struct Band {
     int row_begin = 0;
@@ -77,6 +79,7 @@ class FrameRenderer {
 
   Device& device_;
   double band_ms_;
+  bool probe_software_;
   Kernels kernels_;
   VisibleCells visible_cells_;
   AccelerationStructure unit_box_;

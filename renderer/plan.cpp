@@ -66,8 +66,10 @@ Finder chooseFinder(const View& view, const VolumeInfo& info, int level, const D
                               device.max_instances));
   }
   if (view.finder != Finder::automatic) return view.finder;
+  if (!can_query) return Finder::grid;
+  if (device.fastest != Finder::automatic) return device.fastest;
   // A software ray query costs about a microsecond, a grid step nanoseconds; with ray-tracing hardware it is reversed.
-  return can_query && !device.software ? Finder::query : Finder::grid;
+  return device.software ? Finder::grid : Finder::query;
 }
 
 // A DDA counts them in a float.

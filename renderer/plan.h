@@ -57,6 +57,7 @@ struct DeviceTraits {
   bool ray_query = false;
   bool software = true;
   std::uint64_t max_instances = 0;
+  Finder fastest = Finder::automatic;  // query or grid, where that was measured for the volume
 };
 
 // The planes of the view's clip box and its own, of those that cut the volume's box: the others exclude nothing of it.

@@ -319,4 +319,12 @@ const AccelerationStructure& VulkanVolume::instances(ResidentLevel& level, const
   return *level.instances;
 }
 
+void VulkanVolume::drop(Finder finder) {
+  for (const auto& level : levels_) {
+    if (level == nullptr) continue;
+    if (finder == Finder::query) level->instances.reset();
+    if (finder == Finder::grid) level->grid.reset();
+  }
+}
+
 }  // namespace blockwalk

@@ -79,6 +79,9 @@ class VulkanVolume final : public ResidentVolume {
  public:
   VulkanVolume(Device& device, VolumeFile file, std::uint64_t chunk_bytes);
 
+  // What `auto` was measured to mean for this volume (renderer/finder_probe.h); automatic: it was not.
+  Finder fastest_finder = Finder::automatic;
+
   // Different for every volume of this process.
   std::uint64_t serial() const { return serial_; }
   const VolumeInfo& info() const override { return file_.info(); }
@@ -93,6 +96,8 @@ class VulkanVolume final : public ResidentVolume {
   const GridBuffers& grid(ResidentLevel& level);
   const OctreeBuffer& octree(ResidentLevel& level, OctreeLeaves leaves);
   const AccelerationStructure& instances(ResidentLevel& level, const AccelerationStructure& unit_box);
+  // Frees what query or grid looks in, on every level. No frame may be in flight.
+  void drop(Finder finder);
 
  private:
   using ReadBlocks = std::function<void(std::size_t first, std::size_t end, std::span<std::byte> out)>;

@@ -199,7 +199,7 @@ struct PushConstants {
   int row_begin;   // first row of the band
   int row_count;
   uint sample_index;  // of the dispatch; each packs the mean of those so far
-  uint padding;
+  uint row_stride;    // of workgroups: row i of a dispatch draws row (i x stride) mod rows of the band
 };
 
 // Jarzynski & Olano 2020, "Hash Functions for GPU Rendering": pcg2d.

@@ -124,7 +124,8 @@ void main() {
   uint lane = gl_LocalInvocationIndex & 7u;
   uint tile = gl_LocalInvocationIndex >> 3;
   ivec2 local = ivec2((tile & 1u) * 4u + (lane & 3u), (tile >> 1) * 2u + (lane >> 2));
-  ivec2 in_band = ivec2(gl_WorkGroupID.xy) * kGroupSide + local;
+  uint row = (gl_WorkGroupID.y * push.row_stride) % gl_NumWorkGroups.y;
+  ivec2 in_band = ivec2(gl_WorkGroupID.x, row) * kGroupSide + local;
   if (in_band.x >= frame.size.x || in_band.y >= push.row_count) return;
 
   ivec2 pixel = in_band + ivec2(0, push.row_begin);

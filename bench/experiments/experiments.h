@@ -32,6 +32,10 @@ nlohmann::json runErrorExperiment(const ExperimentOptions& options);
 // scene asks for, and bytes that it does not.
 nlohmann::json runKernelExperiment(const ExperimentOptions& options);
 
+// What 20 ranges cull of each volume's stored subblocks: by masks of uniform bins, of bins cut at quantiles, by minimum
+// and maximum, by these together; "truth": subblocks without any voxel in the range. Shares of all. Needs no device.
+nlohmann::json runMaskExperiment(const ExperimentOptions& options);
+
 // The experiments of Derin et al. 2021, Wald et al. 2021 and Lukic 2017, on procedural stand-ins of the same
 // proportions and on `files`. docs/experiments/ says what the JSON holds and what came of it.
 nlohmann::json runPaperBlocks(const ExperimentOptions& options);

@@ -48,8 +48,9 @@ json timeChoices(Renderer& renderer, ResidentVolume& volume, const View& view, s
   std::vector<std::vector<double>> tf(choices.size()), tris(choices.size()), bvh(choices.size()), total(choices.size());
   for (int i = 0; i < samples; ++i) {
     for (std::size_t c = 0; c < choices.size(); ++c) {
-      const RenderStats stats =
-          renderer.render(volume, with(view, choices[c]), {.count = false, .rebuild = force_rebuild}).stats;
+      const View chosen = with(view, choices[c]);
+      renderer.render(volume, chosen, {.count = false});  // bands are as high as the last frame's time says
+      const RenderStats stats = renderer.render(volume, chosen, {.count = false, .rebuild = force_rebuild}).stats;
       const FinderBuild& build = stats.finder_build;
       times[c].push_back(stats.gpu_ms + (build.rebuilt ? build.total_ms : 0));
       if (!build.rebuilt) continue;

@@ -22,6 +22,7 @@ struct Experiment {
 constexpr Experiment kExperiments[] = {
     {"error", "error against run time for every knob", bench::runErrorExperiment},
     {"kernels", "specialised kernels against a general one", bench::runKernelExperiment},
+    {"masks", "what range masks cull", bench::runMaskExperiment},
     {"paper-blocks", "walking and culling, after Derin et al. 2021", bench::runPaperBlocks},
     {"paper-boundary", "finders of the active region, after Wald et al. 2021", bench::runPaperBoundary},
     {"paper-octree", "an octree from near and far, after Lukic 2017", bench::runPaperOctree}};

@@ -195,6 +195,10 @@ TEST(Plan, FinderFollowsTheDevice) {
   EXPECT_FALSE(planFor({}, info, gpu).needs_grid);
   EXPECT_TRUE(planFor({}, info, software).needs_grid);
   EXPECT_TRUE(planFor({}, info, {.ray_query = true, .software = false, .max_instances = 4}).needs_grid);
+  EXPECT_TRUE(planFor({}, info, {.ray_query = true, .software = false, .max_instances = 250, .fastest = Finder::grid})
+                  .needs_grid);
+  EXPECT_TRUE(planFor({}, info, {.ray_query = true, .max_instances = 250, .fastest = Finder::query}).needs_instances);
+  EXPECT_TRUE(planFor({}, info, {.ray_query = true, .max_instances = 4, .fastest = Finder::query}).needs_grid);
   View query;
   query.finder = Finder::query;
   EXPECT_THROW(planFor(query, info, {}), ViewError);
