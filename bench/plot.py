@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `blockwalk bench` writes. Usage: bench/plot.py FILE.json -o FILE.svg"""
+"""Draws what `blockwalk bench` error and paper-... write. Usage: bench/plot.py FILE.json -o FILE.svg"""
 import argparse
 import json
 import sys
@@ -146,10 +146,14 @@ def main():
             result = json.load(file)
     except (OSError, ValueError) as error:
         sys.exit(f"bench/plot.py: {arguments.file}: {error}")
-    draw = DRAWINGS.get(result.get("experiment"))
+    name = result.get("experiment") if isinstance(result, dict) else None
+    draw = DRAWINGS.get(name) if isinstance(name, str) else None
     if draw is None:
-        sys.exit(f"bench/plot.py: {arguments.file}: experiment {result.get('experiment')!r} is not known")
-    draw(result, arguments.output)
+        sys.exit(f"bench/plot.py: {arguments.file}: experiment {name!r} has no plot")
+    try:
+        draw(result, arguments.output)
+    except (AttributeError, IndexError, KeyError, StopIteration, TypeError, ValueError, ZeroDivisionError) as error:
+        sys.exit(f"bench/plot.py: {arguments.file}: not what `blockwalk bench` writes ({error!r})")
 
 
 if __name__ == "__main__":

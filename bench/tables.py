@@ -138,13 +138,12 @@ def paper_blocks(result):
 
 
 def build_times(scenes):
-    choices = [run["choice"] for run in scenes[0]["rebuilt"]]
     yield from head("scene", "choice", "cells", "active", "boxes or triangles", "T_tf ms", "T_tris ms", "T_BVH ms",
                     "T_total ms", "frames a second, rebuilt every frame")
     for scene in scenes:
-        for choice, run in zip(choices, scene["rebuilt"]):
+        for run in scene["rebuilt"]:
             build = run["build"]
-            yield row(scene["name"], choice, build["cells"], build["active_cells"], build["primitives"],
+            yield row(scene["name"], run["choice"], build["cells"], build["active_cells"], build["primitives"],
                       *(f"{build[stage + '_ms']:.1f}" for stage in ("tf", "tris", "bvh", "total")),
                       f"{1e3 / run['ms']['median']:.1f}")
 
@@ -154,11 +153,12 @@ def paper_boundary(result):
     for name, title in (("one_ray", "one ray a pixel"), ("four_rays", "four rays a pixel")):
         yield f"### Frames a second, {title}"
         yield ""
-        yield from head("scene", *(run["choice"] for run in scenes[0][name]), "auto chose", "auto against the best")
+        choices = dict.fromkeys(run["choice"] for scene in scenes for run in scene[name])  # not every volume has all
+        yield from head("scene", *choices, "auto chose", "auto against the best")
         for scene in scenes:
-            runs = scene[name]
-            chosen = next(run["finder"] for run in runs if run["choice"] == "auto")
-            yield row(scene["name"], *(f"{1e3 / run['ms']['median']:.1f}" for run in runs), chosen, against_best(runs))
+            runs = {run["choice"]: run for run in scene[name]}
+            rates = (f"{1e3 / runs[choice]['ms']['median']:.1f}" if choice in runs else "" for choice in choices)
+            yield row(scene["name"], *rates, runs["auto"]["finder"], against_best(scene[name]))
         yield ""
     if "rebuilt" in scenes[0]:
         yield "### Building"
@@ -211,13 +211,18 @@ def main():
             result = json.load(file)
     except (OSError, ValueError) as error:
         sys.exit(f"bench/tables.py: {arguments.file}: {error}")
-    table = TABLES.get(result.get("experiment"))
+    name = result.get("experiment") if isinstance(result, dict) else None
+    table = TABLES.get(name) if isinstance(name, str) else None
     if table is None:
-        sys.exit(f"bench/tables.py: {arguments.file}: experiment {result.get('experiment')!r} has no tables")
+        sys.exit(f"bench/tables.py: {arguments.file}: experiment {name!r} has no tables")
+    try:
+        lines = list(table(result))
+    except (AttributeError, IndexError, KeyError, StopIteration, TypeError, ValueError, ZeroDivisionError) as error:
+        sys.exit(f"bench/tables.py: {arguments.file}: not what `blockwalk bench` writes ({error!r})")
     if "device" in result:
         print(f"{result['device']}, {result['driver']}, {result['size'][0]}x{result['size'][1]}, "
               f"median of {result['samples']}, {result['date']}.\n")
-    print("\n".join(table(result)))
+    print("\n".join(lines))
 
 
 if __name__ == "__main__":

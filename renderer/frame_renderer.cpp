@@ -280,10 +280,11 @@ DeviceTraits FrameRenderer::traits(const VulkanVolume& volume) const {
 }
 
 // With a small picture of the first view that leaves the finder to us and shows something.
-void FrameRenderer::probeFinders(VulkanVolume& volume, const View& view) {
+void FrameRenderer::probeFinders(VulkanVolume& volume, const View& view, const RenderOptions& options) {
   if (view.finder != Finder::automatic || volume.fastest_finder != Finder::automatic) return;
   if (!device_.rayQuery() || (device_.isSoftware() && !probe_software_)) return;
   View small = view;
+  small.level = plan(view, volume.info(), traits(volume), false, false).level;
   small.width = std::min(view.width, kProbeSide);
   small.height = std::min(view.height, kProbeSide);
   small.samples = 1;
@@ -291,12 +292,23 @@ void FrameRenderer::probeFinders(VulkanVolume& volume, const View& view) {
   const std::uint64_t blocks = volume.info().levels[static_cast<std::size_t>(probed.level)].block_count;
   if (probed.is_blank || blocks > device_.maxInstances()) return;
   const Finder candidates[] = {Finder::query, Finder::grid};
-  volume.fastest_finder = fastestFinder(candidates, kProbeRounds, [&](Finder finder) {
-    small.finder = finder;
-    const Plan tried = plan(small, volume.info(), traits(volume), false, false);
-    return drawPlan(volume, small, tried, {.count = false}).stats.gpu_ms;
-  });
-  volume.drop(volume.fastest_finder == Finder::grid ? Finder::query : Finder::grid);
+  bool cancelled = false;
+  Finder fastest = Finder::grid;
+  try {
+    fastest = fastestFinder(candidates, kProbeRounds, [&](Finder finder) {
+      small.finder = finder;
+      const Plan tried = plan(small, volume.info(), traits(volume), false, false);
+      const Frame frame = drawPlan(volume, small, tried, {.count = false, .cancel = options.cancel}, Clock::now());
+      cancelled = cancelled || frame.cancelled;
+      return frame.stats.gpu_ms;
+    });
+  } catch (const vk::SystemError& error) {
+    // What needs less may still do: the instances take more memory than the grid.
+    device_.note(fmt::format("finder auto: query and grid could not be compared ({}); the grid serves", error.what()));
+  }
+  if (cancelled) return;
+  volume.fastest_finder = fastest;
+  volume.drop(fastest == Finder::grid ? Finder::query : Finder::grid);
 }
 
 // The general kernel holds every finder that the device has, so the query's instances must be there to be bound.
@@ -359,14 +371,15 @@ void FrameRenderer::draw(VulkanVolume& volume, const View& view, const Plan& pla
 }
 
 Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const RenderOptions& options) {
-  probeFinders(volume, view);
+  const auto start = Clock::now();
+  probeFinders(volume, view, options);
   Plan plan = blockwalk::plan(view, volume.info(), traits(volume), options.count, options.probe);
   if (options.general) generalise(plan, volume.info());
-  return drawPlan(volume, view, plan, options);
+  return drawPlan(volume, view, plan, options, start);
 }
 
-Frame FrameRenderer::drawPlan(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options) {
-  const auto start = std::chrono::steady_clock::now();
+Frame FrameRenderer::drawPlan(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
+                              Clock::time_point start) {
   const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   Frame frame;
   frame.width = view.width;
@@ -390,7 +403,7 @@ Frame FrameRenderer::drawPlan(VulkanVolume& volume, const View& view, const Plan
     run = startRun(volume, view, plan, options);
     draw(volume, view, plan, options, values, run, frame);
   }
-  stats.total_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  stats.total_ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   finishRun(run, view, frame);
   return frame;
 }

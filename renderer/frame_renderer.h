@@ -3,6 +3,8 @@
 // long. Of a refinement it draws the samples that are new and adds them to the sums it kept.
 #pragma once
 
+#include <chrono>
+
 #include "renderer/active_region.h"
 #include "renderer/frame_params.h"
 #include "renderer/kept_sums.h"
@@ -29,9 +31,12 @@ class FrameRenderer {
   void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, const ChannelPlan& drawn,
                  gpu::DrawnChannel& params);
   DeviceTraits traits(const VulkanVolume& volume) const;
-  void probeFinders(VulkanVolume& volume, const View& view);
+  void probeFinders(VulkanVolume& volume, const View& view, const RenderOptions& options);
   void generalise(Plan& plan, const VolumeInfo& info) const;
-  Frame drawPlan(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options);
+  using Clock = std::chrono::steady_clock;
+  // `start`: since when whoever asked for the frame has waited.
+  Frame drawPlan(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
+                 Clock::time_point start);
   // Rows of the image, and samples of them that one submission draws.
   struct Band {
     int row_begin = 0;

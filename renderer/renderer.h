@@ -28,8 +28,8 @@ struct DeviceOptions {
   bool validation = false;      // Khronos validation with synchronisation validation; messages go to `onMessage`
   std::uint64_t chunk_bytes = std::uint64_t{256} << 20;  // one allocation of voxels; lowered to what the device allows
   // Measure what the finder `auto` means on a software device too. Elsewhere it is measured for every volume. On
-  // lavapipe a kernel that is tried takes a second to compile, and none was found that beats the grid
-  // (docs/experiments).
+  // lavapipe a kernel that is tried takes about half a second to compile, and none was found that beats the grid by
+  // much (docs/experiments).
   bool probe_software = false;
   double band_ms = 25;  // frames are cut into bands of about this device time
   // Of sums that refinements keep between their steps, all together (renderer/kept_sums.h).

@@ -96,7 +96,8 @@ class VulkanVolume final : public ResidentVolume {
   const GridBuffers& grid(ResidentLevel& level);
   const OctreeBuffer& octree(ResidentLevel& level, OctreeLeaves leaves);
   const AccelerationStructure& instances(ResidentLevel& level, const AccelerationStructure& unit_box);
-  // Frees what query or grid looks in, on every level. No frame may be in flight.
+  // Frees what query or grid looks in, on every level; it is built again when a view asks for it. No frame may be in
+  // flight.
   void drop(Finder finder);
 
  private:

@@ -38,7 +38,7 @@ std::uint64_t entryOf(const TransferPoint& point, double unit_distance) {
       point.opacity >= 1 ? kOpaqueExtinction : std::min(-std::log1p(-point.opacity), kOpaqueExtinction);
   const auto extinction = static_cast<float>(std::min(sigma / unit_distance, 1e35));
   const auto level = [](double value, double last) {
-    return static_cast<std::uint64_t>(std::clamp(value, 0.0, 1.0) * last + 0.5);
+    return static_cast<std::uint64_t>(std::lround(std::clamp(value, 0.0, 1.0) * last));
   };
   const std::uint64_t color =
       level(point.color.r, 2047) << 21 | level(point.color.g, 2047) << 10 | level(point.color.b, 1023);

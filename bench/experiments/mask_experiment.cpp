@@ -13,7 +13,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kRanges = 20;
+constexpr int kRangesOfAKind = 10;
 constexpr std::uint64_t kSubblocksRead = 4096;
 
 struct StoredDensities {
@@ -26,10 +26,10 @@ struct StoredDensities {
 std::vector<StoredDensities> rangesOf(const ChannelInfo& channel) {
   std::vector<StoredDensities> ranges;
   const float span = channel.density_max - channel.density_min;
-  for (int i = 0; i < kRanges / 2; ++i) {
-    const float lo = channel.density_min + span * static_cast<float>(i) / (kRanges / 2);
+  for (int i = 0; i < kRangesOfAKind; ++i) {
+    const float lo = channel.density_min + span * static_cast<float>(i) / kRangesOfAKind;
     ranges.push_back({lo, channel.density_max});
-    ranges.push_back({lo, lo + span / (kRanges / 2)});
+    ranges.push_back({lo, lo + span / kRangesOfAKind});
   }
   return ranges;
 }

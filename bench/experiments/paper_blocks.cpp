@@ -17,10 +17,11 @@ struct PaperScene {
   std::string name;
   std::string volume;
   double threshold = 0;  // densities from here are in the range; 0: all
+  bool from_behind = false;
 };
 
-const PaperScene kPaperScenes[] = {{"fish a", "fossil", 4}, {"fish b", "fossil", 104}, {"fish c", "fossil", 196},
-                                   {"chip d", "chip"},      {"rock e", "rock"},        {"rock f", "rock", 5},
+const PaperScene kPaperScenes[] = {{"fish a", "fossil", 4}, {"fish b", "fossil", 104},   {"fish c", "fossil", 196},
+                                   {"chip d", "chip"},      {"rock e", "rock", 0, true}, {"rock f", "rock", 5},
                                    {"rock g", "rock", 121}, {"rock h", "rock", 153}};
 
 std::vector<Choice> choices(bool ray_query) {
@@ -47,8 +48,7 @@ View blocksView(const PaperScene& scene, const ExperimentOptions& options, const
     view.channels[0].range = DensityRange{.lo = scene.threshold, .hi = most};
   }
   // Rock e is the only one seen from elsewhere.
-  if (scene.name == "rock e")
-    view.eye = *view.target + glm::dvec3(-1, 0.3, 0.4) * glm::length(*view.eye - *view.target);
+  if (scene.from_behind) view.eye = *view.target + glm::dvec3(-1, 0.3, 0.4) * glm::length(*view.eye - *view.target);
   return view;
 }
 

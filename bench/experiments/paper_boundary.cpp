@@ -28,10 +28,10 @@ std::vector<Choice> builders(std::span<const int> sides) {
   return result;
 }
 
-std::vector<Choice> finders(bool ray_query) {
+std::vector<Choice> finders(bool ray_query, std::span<const int> sides) {
   std::vector<Choice> result{{.name = "none", .finder = Finder::none}};
   if (ray_query) {
-    for (Choice& choice : builders(kCellSides)) result.push_back(std::move(choice));
+    for (Choice& choice : builders(sides)) result.push_back(std::move(choice));
     result.push_back({.name = "query+walk+cull", .finder = Finder::query});
   }
   result.push_back({.name = "grid+walk+cull", .finder = Finder::grid});
@@ -81,20 +81,23 @@ json runPaperBoundary(const ExperimentOptions& options) {
       if (options.on_step) options.on_step(file.name + ": " + what);
     };
     const auto volume = renderer->load(VolumeFile(file.path));
+    std::vector<int> sides(std::begin(kCellSides), std::end(kCellSides));
+    std::erase_if(sides,
+                  [&](int side) { return side < volume->info().subblock_side; });  // macrocells are subblocks at least
     View view = boundaryView(options, volume->info());
     json entry{{"name", file.name}, {"type", voxelTypeName(volume->info().type)}};
     const glm::ivec3 dims = volume->info().levels[0].dims;
     entry["dims"] = {dims.x, dims.y, dims.z};
     say("one ray a pixel");
-    const std::vector<Choice> all = finders(ray_query);
+    const std::vector<Choice> all = finders(ray_query, sides);
     entry["one_ray"] = timeChoices(*renderer, *volume, view, all, options.samples);
     say("four rays a pixel");
     view.samples = 4;
-    entry["four_rays"] = timeChoices(*renderer, *volume, view, all, std::max(1, options.samples / 4));
+    entry["four_rays"] = timeChoices(*renderer, *volume, view, all, options.samples);
     view.samples = 1;
     if (ray_query) {
       say("rebuilding every frame");
-      entry["rebuilt"] = timeChoices(*renderer, *volume, view, builders(kCellSides), options.samples, true);
+      entry["rebuilt"] = timeChoices(*renderer, *volume, view, builders(sides), options.samples, true);
     }
     entry["bytes"] = residentBytes(*volume);
     if (!options.pictures.empty() && ray_query) {

@@ -61,7 +61,7 @@ json runPaperOctree(const ExperimentOptions& options) {
           if (options.on_step) options.on_step(name);
           const Frame frame = renderer->render(*volume, view, {});
           result["scenes"].push_back({{"name", file.name},
-                                      {"matter", matter.name},
+                                      {"matter", info.type == VoxelType::rgba8 ? matter.name : "own transfer function"},
                                       {"distance", distance.name},
                                       {"level", level == 0 ? json(0) : json("auto")},
                                       {"drawn_level", frame.stats.level},

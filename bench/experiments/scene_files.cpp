@@ -1,15 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "bench/experiments/scene_files.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cstdlib>
 
 #include "volume/builder.h"
 #include "volume/demo.h"
+#include "volume/file.h"
 
 namespace blockwalk::bench {
 
 SceneFiles::SceneFiles(const ExperimentOptions& options, const std::vector<std::string>& demos) {
+  for (const auto& file : options.files) VolumeFile{file};  // a broken one is better known now than after an hour
   std::string name = (std::filesystem::temp_directory_path() / "blockwalk-bench-XXXXXX").string();
   if (mkdtemp(name.data()) == nullptr) throw DataError("cannot make a temporary folder: " + name);
   folder_ = name;
@@ -19,8 +23,13 @@ SceneFiles::SceneFiles(const ExperimentOptions& options, const std::vector<std::
     buildVolume(*source, path, {});
     scenes_.push_back({.name = demo, .path = path});
   }
-  for (const auto& file : options.files)
-    scenes_.push_back({.name = file.stem().string(), .path = file, .procedural = false});
+  for (const auto& file : options.files) {
+    std::string scene_name = file.stem().string();
+    for (int i = 2; std::ranges::find(scenes_, scene_name, &SceneFile::name) != scenes_.end(); ++i) {
+      scene_name = fmt::format("{} ({})", file.stem().string(), i);
+    }
+    scenes_.push_back({.name = scene_name, .path = file, .procedural = false});
+  }
 }
 
 SceneFiles::~SceneFiles() {
@@ -29,7 +38,9 @@ SceneFiles::~SceneFiles() {
 }
 
 const std::filesystem::path& SceneFiles::named(const std::string& name) const {
-  return std::ranges::find(scenes_, name, &SceneFile::name)->path;
+  const auto found = std::ranges::find(scenes_, name, &SceneFile::name);
+  BLOCKWALK_CHECK(found != scenes_.end(), ==, true);
+  return found->path;
 }
 
 }  // namespace blockwalk::bench

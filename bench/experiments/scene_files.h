@@ -11,7 +11,7 @@
 namespace blockwalk::bench {
 
 struct SceneFile {
-  std::string name;
+  std::string name;  // different for each: a second "rock" is "rock (2)"
   std::filesystem::path path;
   bool procedural = true;
 };

@@ -40,6 +40,14 @@ struct BenchCommand {
   bench::ExperimentOptions options;
 
   void run() {
+    if (!json_path.empty() && !std::ofstream(json_path, std::ios::app)) {
+      throw DataError(fmt::format("{}: cannot be written", json_path));
+    }
+    if (!options.pictures.empty()) {
+      std::error_code error;
+      std::filesystem::create_directories(options.pictures, error);
+      if (error) throw DataError(fmt::format("--pictures {}: {}", options.pictures.string(), error.message()));
+    }
     options.on_step = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
     for (const Experiment& experiment : kExperiments) {
       if (experiment.name == name) write(experiment.run(options));
@@ -63,7 +71,8 @@ struct BenchCommand {
 
 void addBenchCommand(CLI::App& app) {
   auto bench = std::make_shared<BenchCommand>();
-  CLI::App* command = app.add_subcommand("bench", "Run a named experiment; bench/plot.py draws what it writes");
+  CLI::App* command =
+      app.add_subcommand("bench", "Run a named experiment; bench/tables.py and bench/plot.py show what it writes");
   std::vector<std::string> names;
   std::string help;
   for (const Experiment& experiment : kExperiments) {
@@ -81,7 +90,7 @@ void addBenchCommand(CLI::App& app) {
       ->check(CLI::Range(1, 1000));
   command->add_option("--demo-side", bench->options.demo_side, "voxels of the procedural volumes (96)")
       ->check(CLI::Range(8, 4096));
-  command->add_option("--pictures", bench->options.pictures, "a folder for pictures of what is measured");
+  command->add_option("--pictures", bench->options.pictures, "paper-...: a folder for pictures of what is measured");
   command->add_option("--device", bench->options.device.device, "part of a device's name, or its number");
   command->callback([bench] { bench->run(); });
 }
