@@ -6,6 +6,7 @@
 #include <chrono>
 
 #include "renderer/active_region.h"
+#include "renderer/band_runner.h"
 #include "renderer/frame_params.h"
 #include "renderer/kept_sums.h"
 #include "renderer/kernels.h"
@@ -37,13 +38,6 @@ class FrameRenderer {
   // `start`: since when whoever asked for the frame has waited.
   Frame drawPlan(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
                  Clock::time_point start);
-  // Rows of the image, and samples of them that one submission draws.
-  struct Band {
-    int row_begin = 0;
-    int row_count = 0;
-    int sample_begin = 0;
-    int sample_count = 1;
-  };
   // Which samples to draw, and where their sums are: kept for the whole picture, or else a band's alone.
   struct SampleRun {
     int begin = 0;
@@ -53,8 +47,6 @@ class FrameRenderer {
   SampleRun startRun(const VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options);
   void finishRun(const SampleRun& run, const View& view, const Frame& frame);
   void reserveOutputs(std::size_t pixels, const Plan& plan, const SampleRun& run);
-  void recordDispatches(const Plan& plan, int width, const Band& band);
-  double runBand(const Plan& plan, int width, const Band& band);
   bool drawSamples(const Plan& plan, const RenderOptions& options, Band band, int end, Frame& frame);
   void drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values, const SampleRun& run,
                  Frame& frame);
@@ -86,15 +78,12 @@ class FrameRenderer {
   double band_ms_;
   bool probe_software_;
   Kernels kernels_;
+  BandRunner bands_;
   VisibleCells visible_cells_;
   AccelerationStructure unit_box_;
   ActiveRegions regions_;
   FinderBuild finder_build_;  // of the frame at hand
   vk::DescriptorSet instances_;
-  vk::raii::CommandPool pool_{nullptr};
-  vk::raii::CommandBuffer commands_{nullptr};
-  vk::raii::QueryPool timestamps_{nullptr};
-  vk::raii::Fence fence_{nullptr};
   Buffer params_;
   Buffer counters_;
   Buffer pixels_;

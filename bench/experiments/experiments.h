@@ -37,7 +37,7 @@ nlohmann::json runKernelExperiment(const ExperimentOptions& options);
 nlohmann::json runMaskExperiment(const ExperimentOptions& options);
 
 // The experiments of Derin et al. 2021, Wald et al. 2021 and Lukic 2017, on procedural stand-ins of the same
-// proportions and on `files`. docs/experiments/ says what the JSON holds and what came of it.
+// proportions and on `files`. paper_runs.h says what a run's JSON holds, docs/experiments/ what came of it.
 nlohmann::json runPaperBlocks(const ExperimentOptions& options);
 nlohmann::json runPaperBoundary(const ExperimentOptions& options);
 nlohmann::json runPaperOctree(const ExperimentOptions& options);

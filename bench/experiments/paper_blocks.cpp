@@ -38,11 +38,7 @@ std::vector<Choice> choices(bool ray_query) {
 }
 
 View blocksView(const PaperScene& scene, const ExperimentOptions& options, const VolumeInfo& info) {
-  View view;
-  view.width = options.width;
-  view.height = options.height;
-  view.level = 0;
-  view = resolveView(view, info);
+  View view = resolveView(pictureOf(options), info);
   if (scene.threshold > 0) {
     const double most = info.channels[0].dataFromStored(info.channels[0].density_max);
     view.channels[0].range = DensityRange{.lo = scene.threshold, .hi = most};
@@ -68,9 +64,7 @@ json runPaperBlocks(const ExperimentOptions& options) {
   for (const PaperScene& scene : scenes) {
     const auto volume = renderer->load(VolumeFile(files.named(scene.volume)));
     View view = blocksView(scene, options, volume->info());
-    json entry{{"name", scene.name}, {"dims", {}}, {"threshold", scene.threshold}};
-    const glm::ivec3 dims = volume->info().levels[0].dims;
-    entry["dims"] = {dims.x, dims.y, dims.z};
+    json entry{{"name", scene.name}, {"dims", dimsJson(volume->info())}, {"threshold", scene.threshold}};
     for (Mode mode : {Mode::blocks, Mode::blend}) {
       view.mode = mode;
       const std::string name = mode == Mode::blocks ? "blocks" : "blend";
@@ -81,9 +75,8 @@ json runPaperBlocks(const ExperimentOptions& options) {
     writePicture(options, scene.name, renderer->render(*volume, view, {}));
     View cost = view;
     cost.output = Output::cost;
-    for (const Choice& choice : all) {
-      if (!options.pictures.empty())
-        writePicture(options, scene.name + " cost " + choice.name, renderer->render(*volume, with(cost, choice), {}));
+    for (const Choice& choice : options.pictures.empty() ? std::vector<Choice>{} : all) {
+      writePicture(options, scene.name + " cost " + choice.name, renderer->render(*volume, with(cost, choice), {}));
     }
     result["scenes"].push_back(std::move(entry));
   }

@@ -42,10 +42,7 @@ std::vector<Choice> finders(bool ray_query, std::span<const int> sides) {
 
 // As the paper's renderer at its best: trilinear, steps of half a voxel, gradient shading, early termination.
 View boundaryView(const ExperimentOptions& options, const VolumeInfo& info) {
-  View view;
-  view.width = options.width;
-  view.height = options.height;
-  view.level = 0;
+  View view = pictureOf(options);
   view.filter = Filter::linear;
   view.lit = true;
   return resolveView(view, info);
@@ -85,9 +82,7 @@ json runPaperBoundary(const ExperimentOptions& options) {
     std::erase_if(sides,
                   [&](int side) { return side < volume->info().subblock_side; });  // macrocells are subblocks at least
     View view = boundaryView(options, volume->info());
-    json entry{{"name", file.name}, {"type", voxelTypeName(volume->info().type)}};
-    const glm::ivec3 dims = volume->info().levels[0].dims;
-    entry["dims"] = {dims.x, dims.y, dims.z};
+    json entry{{"name", file.name}, {"type", voxelTypeName(volume->info().type)}, {"dims", dimsJson(volume->info())}};
     say("one ray a pixel");
     const std::vector<Choice> all = finders(ray_query, sides);
     entry["one_ray"] = timeChoices(*renderer, *volume, view, all, options.samples);

@@ -49,9 +49,7 @@ json runPaperOctree(const ExperimentOptions& options) {
       if (info.type != VoxelType::rgba8 && matter.name != kMatters[0].name) continue;
       for (const Distance& distance : kDistances) {
         for (int level : {kAutoLevel, 0}) {
-          View view;
-          view.width = options.width;
-          view.height = options.height;
+          View view = pictureOf(options);
           view.extinction = matter.extinction;
           view.level = level;
           view = resolveView(view, info);

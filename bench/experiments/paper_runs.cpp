@@ -8,12 +8,21 @@
 #include <fstream>
 #include <numeric>
 
+#include "bench/experiments/record.h"
 #include "protocol/image_codec.h"
 #include "protocol/render_json.h"
 
 namespace blockwalk::bench {
 
 using nlohmann::json;
+
+View pictureOf(const ExperimentOptions& options) {
+  View view;
+  view.width = options.width;
+  view.height = options.height;
+  view.level = 0;
+  return view;
+}
 
 View with(View view, const Choice& choice) {
   view.finder = choice.finder;
@@ -32,49 +41,60 @@ json spread(std::vector<double> values) {
   return {{"mean", sum / static_cast<double>(values.size())}, {"q1", at(0.25)}, {"median", at(0.5)}, {"q3", at(0.75)}};
 }
 
+namespace {
+
+// What was measured of one choice, milliseconds.
+struct Times {
+  std::vector<double> frame, tf, tris, bvh, total;
+
+  void add(const RenderStats& stats) {
+    const FinderBuild& build = stats.finder_build;
+    frame.push_back(stats.gpu_ms + (build.rebuilt ? build.total_ms : 0));
+    if (!build.rebuilt) return;
+    tf.push_back(build.tf_ms);
+    tris.push_back(build.tris_ms);
+    bvh.push_back(build.bvh_ms);
+    total.push_back(build.total_ms);
+  }
+};
+
+json buildJson(const FinderBuild& build, const Times& times) {
+  return {{"cells", build.cells},        {"active_cells", build.active_cells}, {"primitives", build.primitives},
+          {"bytes", build.bytes},        {"tf_ms", median(times.tf)},          {"tris_ms", median(times.tris)},
+          {"bvh_ms", median(times.bvh)}, {"total_ms", median(times.total)}};
+}
+
+}  // namespace
+
 json timeChoices(Renderer& renderer, ResidentVolume& volume, const View& view, std::span<const Choice> choices,
                  int samples, bool force_rebuild) {
   json runs = json::array();
-  std::vector<std::vector<double>> times(choices.size());
   for (const Choice& choice : choices) {
-    const View chosen = with(view, choice);
-    const json stats = statsJson(renderer.render(volume, chosen, {.count = true}).stats);
+    const json stats = statsJson(renderer.render(volume, with(view, choice), {.count = true}).stats);
     json run{{"choice", choice.name}, {"walk", choice.walk}, {"cull", choice.cull}, {"macrocell", choice.macrocell}};
     for (const char* name : {"finder", "queries", "block_visits", "subblock_visits", "voxel_steps"})
       run[name] = stats[name];
     runs.push_back(std::move(run));
-    renderer.render(volume, chosen, {.count = false});  // compiles
   }
-  std::vector<std::vector<double>> tf(choices.size()), tris(choices.size()), bvh(choices.size()), total(choices.size());
+  std::vector<Times> times(choices.size());
+  std::vector<FinderBuild> builds(choices.size());
   for (int i = 0; i < samples; ++i) {
     for (std::size_t c = 0; c < choices.size(); ++c) {
       const View chosen = with(view, choices[c]);
-      renderer.render(volume, chosen, {.count = false});  // bands are as high as the last frame's time says
-      const RenderStats stats = renderer.render(volume, chosen, {.count = false, .rebuild = force_rebuild}).stats;
-      const FinderBuild& build = stats.finder_build;
-      times[c].push_back(stats.gpu_ms + (build.rebuilt ? build.total_ms : 0));
-      if (!build.rebuilt) continue;
-      tf[c].push_back(build.tf_ms);
-      tris[c].push_back(build.tris_ms);
-      bvh[c].push_back(build.bvh_ms);
-      total[c].push_back(build.total_ms);
-      runs[c]["build"] = {{"cells", build.cells},
-                          {"active_cells", build.active_cells},
-                          {"primitives", build.primitives},
-                          {"bytes", build.bytes}};
+      renderer.render(volume, chosen, {.count = false});  // compiles; bands are as high as the last frame's time says
+      const Frame frame = renderer.render(volume, chosen, {.count = false, .rebuild = force_rebuild});
+      times[c].add(frame.stats);
+      builds[c] = frame.stats.finder_build;
     }
   }
   for (std::size_t c = 0; c < choices.size(); ++c) {
-    runs[c]["ms"] = spread(times[c]);
-    if (total[c].empty()) continue;
-    json& build = runs[c]["build"];
-    build["tf_ms"] = spread(tf[c])["median"];
-    build["tris_ms"] = spread(tris[c])["median"];
-    build["bvh_ms"] = spread(bvh[c])["median"];
-    build["total_ms"] = spread(total[c])["median"];
+    runs[c]["ms"] = spread(times[c].frame);
+    if (!times[c].total.empty()) runs[c]["build"] = buildJson(builds[c], times[c]);
   }
   return runs;
 }
+
+json dimsJson(const VolumeInfo& info) { return {info.dims.x, info.dims.y, info.dims.z}; }
 
 json residentBytes(const ResidentVolume& volume) {
   json parts = json::object();

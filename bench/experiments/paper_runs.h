@@ -20,6 +20,9 @@ struct Choice {
   int macrocell = kAutoMacrocell;
 };
 
+// Of the options' size, at level 0.
+View pictureOf(const ExperimentOptions& options);
+
 View with(View view, const Choice& choice);
 
 // {"mean", "q1", "median", "q3"} of times that are not empty, in their unit. Quartiles are the values nearest in rank.
@@ -31,6 +34,9 @@ nlohmann::json spread(std::vector<double> values);
 // builds what its finder looks for anew, and its time counts.
 nlohmann::json timeChoices(Renderer& renderer, ResidentVolume& volume, const View& view,
                            std::span<const Choice> choices, int samples, bool force_rebuild = false);
+
+// Voxels of level 0 along each axis.
+nlohmann::json dimsJson(const VolumeInfo& info);
 
 // Bytes on the device by part, {"voxels": ..., ...}.
 nlohmann::json residentBytes(const ResidentVolume& volume);

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// Runs the kernel over a band of a frame: one submission, timed on the device, and waits for it.
+#pragma once
+
+#include <cstdint>
+#include <vulkan/vulkan_raii.hpp>
+
+#include "renderer/device.h"
+#include "renderer/kernels.h"
+#include "renderer/plan.h"
+
+namespace blockwalk {
+
+// Rows of the image, and samples of them that one submission draws.
+struct Band {
+  int row_begin = 0;
+  int row_count = 0;
+  int sample_begin = 0;
+  int sample_count = 1;
+};
+
+class BandRunner {
+ public:
+  // Both outlive it.
+  BandRunner(Device& device, Kernels& kernels);
+
+  // Device milliseconds. `params` is the address of the frame's gpu::FrameParams, `instances` what the plan's kernel
+  // queries, if it does.
+  double run(const Plan& plan, int width, const Band& band, std::uint64_t params, vk::DescriptorSet instances);
+
+ private:
+  void record(const Plan& plan, int width, const Band& band, std::uint64_t params, vk::DescriptorSet instances);
+
+  Device& device_;
+  Kernels& kernels_;
+  vk::raii::CommandPool pool_{nullptr};
+  vk::raii::CommandBuffer commands_{nullptr};
+  vk::raii::QueryPool timestamps_{nullptr};
+  vk::raii::Fence fence_{nullptr};
+};
+
+}  // namespace blockwalk
