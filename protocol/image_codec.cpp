@@ -240,7 +240,7 @@ std::vector<std::byte> encodeColor(const Frame& frame, Pixels pixels, ImageForma
 std::vector<std::byte> encodeImage(const Frame& frame, ImageFormat format, int quality) {
   if (quality < 1 || quality > 100) failData("quality: {} is not in 1..100", quality);
   const auto pixels = static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height);
-  if (frame.output == Output::color) {
+  if (isPicture(frame.output)) {
     BLOCKWALK_CHECK(frame.pixels.size(), ==, pixels);
     return encodeColor(frame, frame.pixels, format, quality);
   }
@@ -251,7 +251,7 @@ std::vector<std::byte> encodeImage(const Frame& frame, ImageFormat format, int q
 }
 
 RawPixel rawPixel(Output output) {
-  if (output == Output::color) return {};
+  if (isPicture(output)) return {};
   return {.channels = output == Output::position ? 3 : 1, .type = "f32"};
 }
 

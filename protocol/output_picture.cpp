@@ -32,17 +32,19 @@ std::uint32_t positionColor(const Frame& frame, std::size_t pixel) {
   return packed(color);
 }
 
-std::uint32_t costColor(double cost) {
-  constexpr double kLargestLog = 14;
-  static const std::array<glm::dvec3, 5> kStops = {glm::dvec3(0), glm::dvec3(0.34, 0.06, 0.43),
-                                                   glm::dvec3(0.86, 0.25, 0.25), glm::dvec3(0.99, 0.65, 0.12),
-                                                   glm::dvec3(0.99, 1.0, 0.85)};
-  // Stops at logarithms 0, 5, 8, 11 and 14.
-  const double position = std::min(std::log2(1 + cost), kLargestLog);
-  const double stop = position < 5 ? position / 5 : 1 + (position - 5) / 3;
-  const auto low = std::min(static_cast<std::size_t>(stop), kStops.size() - 2);
-  return packed(glm::mix(kStops[low], kStops[low + 1], stop - static_cast<double>(low)));
+// Of a count whose log2(1 + count) is at `stops`.
+std::uint32_t heatColor(double count, const std::array<double, 5>& stops) {
+  static const std::array<glm::dvec3, 5> kColors = {glm::dvec3(0), glm::dvec3(0.34, 0.06, 0.43),
+                                                    glm::dvec3(0.86, 0.25, 0.25), glm::dvec3(0.99, 0.65, 0.12),
+                                                    glm::dvec3(0.99, 1.0, 0.85)};
+  const double logarithm = std::log2(1 + count);
+  std::size_t low = 0;
+  while (low + 2 < stops.size() && logarithm >= stops[low + 1]) ++low;
+  return packed(glm::mix(kColors[low], kColors[low + 1], shareOf(logarithm, stops[low], stops[low + 1])));
 }
+
+constexpr std::array<double, 5> kCostStops = {0, 5, 8, 11, 14};
+constexpr std::array<double, 5> kQueryStops = {0, 2, 4, 6, 8};
 
 }  // namespace
 
@@ -65,8 +67,10 @@ std::vector<std::uint32_t> outputPicture(const Frame& frame) {
   } else if (frame.output == Output::position) {
     for (std::size_t i = 0; i < picture.size(); ++i) picture[i] = positionColor(frame, i);
   } else {
-    BLOCKWALK_CHECK(frame.output == Output::cost, ==, true);
-    std::ranges::transform(frame.values, picture.begin(), [](float cost) { return costColor(cost); });
+    const bool cost = frame.output == Output::cost;
+    BLOCKWALK_CHECK(cost || frame.output == Output::queries, ==, true);
+    std::ranges::transform(frame.values, picture.begin(),
+                           [&](float count) { return heatColor(count, cost ? kCostStops : kQueryStops); });
   }
   return picture;
 }

@@ -41,8 +41,9 @@ constexpr std::array kFinderChoices = {Choice{"auto", Finder::automatic},    Cho
                                        Choice{"none", Finder::none}};
 constexpr std::array kMacrocellChoices = {Choice{"auto", kAutoMacrocell}, Choice{"8", 8}, Choice{"16", 16},
                                           Choice{"32", 32}};
-constexpr std::array kOutputChoices = {Choice{"color", Output::color}, Choice{"depth", Output::depth},
-                                       Choice{"position", Output::position}, Choice{"cost", Output::cost}};
+constexpr std::array kOutputChoices = {Choice{"color", Output::color},       Choice{"depth", Output::depth},
+                                       Choice{"position", Output::position}, Choice{"cost", Output::cost},
+                                       Choice{"queries", Output::queries},   Choice{"mesh", Output::mesh}};
 constexpr std::array kFormatChoices = {Choice{"png", ImageFormat::png}, Choice{"jpeg", ImageFormat::jpeg},
                                        Choice{"webp", ImageFormat::webp}, Choice{"raw", ImageFormat::raw}};
 

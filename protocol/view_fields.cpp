@@ -187,7 +187,7 @@ constexpr std::array kFields = {
     ViewField{"cull", "on|off", "skip what masks and ranges exclude (on)",
               [](ImageRequest& request, Text text) { request.view.cull = parseSwitch("cull", text); }},
     ViewField{
-        "output", "OUTPUT", "what a pixel holds: color, depth, position or cost (color)",
+        "output", "OUTPUT", "what a pixel holds: color, depth, position, cost, queries or mesh (color)",
         [](ImageRequest& request, Text text) { request.view.output = parseChoice("output", text, kOutputChoices); }},
     ViewField{
         "samples", "1..256", "rays a pixel, averaged (1)",

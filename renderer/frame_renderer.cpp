@@ -183,7 +183,7 @@ void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, co
     const Band band{.row_begin = row, .row_count = rows, .sample_begin = run.begin};
     if (!drawSamples(plan, options, band, run.end, frame)) return;
     const auto words = pixels_.mappedAs<std::uint32_t>().first(pixels);
-    if (frame.output == Output::color) {
+    if (isPicture(frame.output)) {
       std::ranges::copy(words, frame.pixels.begin() + static_cast<std::ptrdiff_t>(first));
     } else {
       values.fromWords(words, row, frame);
@@ -325,7 +325,7 @@ Frame FrameRenderer::drawPlan(VulkanVolume& volume, const View& view, const Plan
   stats.kernel = plan.is_blank ? "blank" : (plan.general ? "general " : "") + describe(plan.key);
   SampleRun run;
   if (plan.is_blank) {
-    if (view.output == Output::color) fillBackground(view, frame);
+    if (isPicture(view.output)) fillBackground(view, frame);
   } else {
     if (options.rebuild) regions_.forget();
     run = startRun(volume, view, plan, options);

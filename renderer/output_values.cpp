@@ -40,6 +40,7 @@ void OutputValues::prepare(Frame& frame) const {
   frame.output = view_.output;
   switch (view_.output) {
     case Output::color:
+    case Output::mesh:
       frame.pixels.resize(pixels);
       return;
     case Output::depth:
@@ -53,6 +54,7 @@ void OutputValues::prepare(Frame& frame) const {
       frame.values_max = box_.max;
       return;
     case Output::cost:
+    case Output::queries:
       frame.values.assign(pixels, 0);
       return;
   }
@@ -79,7 +81,7 @@ void OutputValues::fromWords(std::span<const std::uint32_t> words, int row, Fram
   const auto width = static_cast<std::size_t>(view_.width);
   std::size_t at = static_cast<std::size_t>(row) * width;
   for (std::size_t i = 0; i < words.size(); ++i, ++at) {
-    if (view_.output == Output::cost) {
+    if (view_.output == Output::cost || view_.output == Output::queries) {
       frame.values[at] = static_cast<float>(words[i]);
       continue;
     }

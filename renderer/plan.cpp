@@ -99,8 +99,21 @@ void refuseTooManyCells(Finder finder, const VolumeInfo& info, const Plan& plan)
 }
 
 std::uint32_t kernelOutput(Output output) {
-  if (output == Output::color) return gpu::kOutputColor;
-  return output == Output::cost ? gpu::kOutputCost : gpu::kOutputPoint;
+  switch (output) {
+    case Output::color:
+      return gpu::kOutputColor;
+    case Output::depth:
+    case Output::position:
+      return gpu::kOutputPoint;
+    case Output::cost:
+      return gpu::kOutputCost;
+    case Output::queries:
+      return gpu::kOutputQueries;
+    case Output::mesh:
+      return gpu::kOutputMesh;
+  }
+  BLOCKWALK_CHECK(static_cast<int>(output), <=, static_cast<int>(Output::mesh));
+  return gpu::kOutputColor;
 }
 
 // World corners of the volume's box.
@@ -129,9 +142,8 @@ std::vector<ChannelPlan> planChannels(const View& view, const VolumeInfo& info) 
   for (std::size_t i = 0; i < count; ++i) {
     const auto number = static_cast<std::size_t>(view.drawn[i]);
     ChannelPlan channel{.channel = number, .range = visibleRange(view, info, number), .range_mask = 0};
-    const bool among_others = info.channels.size() > 1;
-    const float greatest = among_others ? info.channels[number].density_max : channel.range.hi;
-    if (channel.range.lo > std::min(channel.range.hi, greatest)) continue;
+    // Means of coarser levels and interpolated values are no greater than the greatest density.
+    if (channel.range.lo > std::min(channel.range.hi, info.channels[number].density_max)) continue;
     const int low = rangeMaskBin(info.channels[number].bin_cuts, channel.range.lo);
     const int high = rangeMaskBin(info.channels[number].bin_cuts, channel.range.hi);
     for (int bin = low; bin <= high; ++bin) channel.range_mask |= static_cast<std::uint8_t>(1 << bin);
@@ -196,7 +208,7 @@ std::string describe(const KernelKey& key) {
   add(key.classification, "pre-integrated");
   add(key.lit, "lit");
   add(key.opaque_background == 0 ? 1 : 0, "transparent");
-  static constexpr std::string_view kOutputs[] = {"", "point", "cost"};
+  static constexpr std::string_view kOutputs[] = {"", "point", "cost", "queries", "mesh"};
   add(key.output, kOutputs[key.output]);
   add(key.antialias, "antialias");
   if (key.channels > 1) text += fmt::format(" {} channels", key.channels);
@@ -285,7 +297,7 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   plan.needs_octree = finder == Finder::octree;
   plan.needs_empty = finder == Finder::none;
   const bool blocks = view.mode == Mode::blocks;
-  const bool colored = view.output == Output::color;
+  const bool colored = isPicture(view.output);
   const bool lit = view.lit && colored && (looksAtOpacity(view) || view.mode == Mode::iso);
   const bool linear = view.filter == Filter::linear && !blocks;
   plan.needs_apron = linear || lit;

@@ -123,7 +123,10 @@ void checkOutput(const View& view) {
   if (view.samples < 1 || view.samples > kMaxSamples) {
     throw ViewError("samples", fmt::format("{} is not within 1..{}", view.samples, kMaxSamples));
   }
-  if (view.samples > 1 && view.output != Output::color) {
+  if (view.output == Output::mesh && view.finder == Finder::none) {
+    throw ViewError("output", "mesh: finder none looks in nothing that has edges; use another finder");
+  }
+  if (view.samples > 1 && !isPicture(view.output)) {
     throw ViewError("samples", fmt::format("{}: only colours are averaged; other outputs take 1", view.samples));
   }
   const bool needs_point = view.output == Output::depth || view.output == Output::position;

@@ -31,7 +31,9 @@ enum class TransferPreset : std::uint8_t {
 };
 enum class Classification : std::uint8_t { post, pre_integrated };
 // What a pixel holds; all but color as numbers (Frame::values).
-enum class Output : std::uint8_t { color, depth, position, cost };
+enum class Output : std::uint8_t { color, depth, position, cost, queries, mesh };
+// Whether a pixel is a colour; of the others it is numbers.
+constexpr bool isPicture(Output output) { return output == Output::color || output == Output::mesh; }
 // What finds the next block along a ray (docs/finders.md). Numbers are the kernel's (shaders/kernel_interface.h).
 enum class Finder : std::uint8_t { automatic, query, grid, clusters, boundary, octree, none };
 

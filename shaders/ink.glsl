@@ -9,6 +9,7 @@ struct Ink {
   ivec3 voxel;  // first-hit, iso
   float t;      // of the point shown, kHugeT where there is none
   bool done;
+  float edge;  // output mesh: of the pixel, what edges cover; below 0 before anything is found
   float density[kMaxDrawnChannels];   // mip: the largest; mean: density x length
   float length_t[kMaxDrawnChannels];  // mean: of what was visible
   vec4 part;  // blend: colour and opacity of the subblock at hand by itself, not yet in the members above
@@ -22,6 +23,7 @@ Ink freshInk() {
   ink.voxel = ivec3(-1);
   ink.t = kHugeT;
   ink.done = false;
+  ink.edge = -1.0;
   forEachChannel(c) {
     ink.density[c] = kMode == kModeMean ? 0.0 : -kHugeDensity;
     ink.length_t[c] = 0.0;

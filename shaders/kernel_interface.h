@@ -48,6 +48,8 @@ BLOCKWALK_CONST uint kClassificationPreIntegrated = 1;
 BLOCKWALK_CONST uint kOutputColor = 0;
 BLOCKWALK_CONST uint kOutputPoint = 1;  // t of the point shown: depth and position are made of it
 BLOCKWALK_CONST uint kOutputCost = 2;
+BLOCKWALK_CONST uint kOutputQueries = 3;
+BLOCKWALK_CONST uint kOutputMesh = 4;
 BLOCKWALK_CONST uint kFinderQuery = 1;
 BLOCKWALK_CONST uint kFinderGrid = 2;
 BLOCKWALK_CONST uint kFinderClusters = 3;
@@ -138,10 +140,11 @@ struct FrameParams {
   uint64_t octree;       // OctreeNode[], the root first
   uint64_t cell_states;  // uint8_t[] of macrocells, x fastest
   uint64_t boxes;        // vec3[2][]: corners of clusters, index space of the level
-  uint64_t pixels;       // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost)
-  uint64_t sums;         // vec4[], the band's: premultiplied colours of the samples so far, added
-  uint64_t probes;       // GpuProbe[], the band's
-  uint64_t counters;     // GpuCounters
+  uint64_t
+      pixels;     // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost, queries)
+  uint64_t sums;  // vec4[], the band's: premultiplied colours of the samples so far, added
+  uint64_t probes;    // GpuProbe[], the band's
+  uint64_t counters;  // GpuCounters
 
   // The ray through pixel (px, py), with x = (2 px + 1) / width - 1 and y likewise downwards from +1, but for where
   // samplePlace() takes the place of the pixel's centre:

@@ -23,6 +23,8 @@ vec2 boxInterval(Ray ray, vec3 lo, vec3 hi) {
   return vec2(max3(near), min3(far));
 }
 
+int found_cluster = 0;  // the box that nextCluster() found last, for output mesh
+
 // The part of the ray behind t in the box that it enters first (Ganter & Manzke 2019). The boxes that the driver knows are
 // larger and the query starts early; the exact interval decides. Empty where there is none.
 vec2 nextCluster(Ray ray, float t, inout Work work) {
@@ -40,6 +42,7 @@ vec2 nextCluster(Ray ray, float t, inout Work work) {
     interval.x = max(interval.x, t);
     if (interval.y > interval.x && interval.x < best.x) {
       best = interval;
+      if (kOutput == kOutputMesh) found_cluster = box;
       rayQueryGenerateIntersectionEXT(query, max((best.x - driver.t_start) * driver.scale, query_start) + slack);
     }
   }

@@ -17,6 +17,7 @@
 #include "pre_integrated.glsl"
 #include "march.glsl"
 #include "integrators.glsl"
+#include "edges.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -47,6 +48,7 @@ uint traverse(Ray ray, inout Ink ink, inout Work work) {
     vec2 interval = cubeInterval(ray, corner, float(kBlockVoxels));
     float t_begin = max(interval.x, kFindsIntervals ? max(span.x, t) : t);
     float t_end = min(interval.y, kFindsIntervals ? min(span.y, ray.t_max) : ray.t_max);
+    if (kOutput == kOutputMesh && ink.edge < 0.0) ink.edge = edgeCover(ray, kFindsIntervals ? span.x : max(interval.x, ray.t_min));
     if (t_end > t_begin && (kMarches || !blockIsCulled(block))) {
       if (kTally) work.block_visits += 1u;
       if (kMode == kModeBlocks) {
@@ -100,6 +102,10 @@ uint pixelWord(Ink ink, Work work, uint at, out bool finite) {
     finite = !isnan(ink.t) && !isinf(ink.t);
     return floatBitsToUint(ink.t);
   }
+  if (kOutput == kOutputQueries) {
+    finite = true;
+    return work.queries;
+  }
   if (kOutput == kOutputCost) {
     finite = true;
     return work.voxel_steps + work.block_visits + work.subblock_visits;
@@ -138,6 +144,7 @@ void main() {
     ink.color = heat(crossed);
     ink.transmittance = 0.0;
   }
+  if (kOutput == kOutputMesh && ink.edge > 0.0) drawEdge(ink);
 
   bool finite;
   uint at = uint(in_band.x + frame.size.x * in_band.y);

@@ -73,10 +73,12 @@ json runPaperBlocks(const ExperimentOptions& options) {
     }
     entry["bytes"] = residentBytes(*volume);
     writePicture(options, scene.name, renderer->render(*volume, view, {}));
-    View cost = view;
-    cost.output = Output::cost;
-    for (const Choice& choice : options.pictures.empty() ? std::vector<Choice>{} : all) {
-      writePicture(options, scene.name + " cost " + choice.name, renderer->render(*volume, with(cost, choice), {}));
+    for (Output output : {Output::cost, Output::queries}) {
+      view.output = output;
+      for (const Choice& choice : options.pictures.empty() ? std::vector<Choice>{} : all) {
+        const std::string what = output == Output::cost ? " cost " : " queries ";
+        writePicture(options, scene.name + what + choice.name, renderer->render(*volume, with(view, choice), {}));
+      }
     }
     result["scenes"].push_back(std::move(entry));
   }

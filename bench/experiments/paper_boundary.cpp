@@ -55,7 +55,7 @@ Frame halves(Renderer& renderer, ResidentVolume& volume, const View& view) {
       volume, with(view, {.name = "boundary", .finder = Finder::boundary, .macrocell = kDefaultSide}), {});
   for (std::size_t i = 0; i < static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height); ++i) {
     if (static_cast<int>(i % static_cast<std::size_t>(view.width)) >= view.width / 2) continue;
-    if (view.output == Output::color) {
+    if (isPicture(view.output)) {
       both.pixels[i] = left.pixels[i];
     } else {
       both.values[i] = left.values[i];
@@ -99,6 +99,10 @@ json runPaperBoundary(const ExperimentOptions& options) {
       writePicture(options, file.name + " halves", halves(*renderer, *volume, view));
       view.output = Output::cost;
       writePicture(options, file.name + " cost halves", halves(*renderer, *volume, view));
+      view.output = Output::mesh;
+      for (const Choice& choice : builders(sides)) {
+        writePicture(options, file.name + " mesh " + choice.name, renderer->render(*volume, with(view, choice), {}));
+      }
     }
     result["scenes"].push_back(std::move(entry));
   }

@@ -272,8 +272,15 @@ TEST(ImageCodec, CostIsColoredByItsLogarithm) {
   EXPECT_EQ(decoded.pixels.back(), 0xff420934u);  // three fifths of the way to violet
 }
 
+TEST(ImageCodec, QueriesAreColoredAsCostOnAScaleOfTheirOwn) {
+  const Frame frame = valuesFrame(Output::queries, 6, 1, {0, 3, 15, 63, 255, 1e9F});
+  EXPECT_EQ(decodePng(encodeImage(frame, ImageFormat::png, 85)).pixels,
+            (std::vector<std::uint32_t>{0xff000000u, 0xff6e0f57u, 0xff4040dbu, 0xff1fa6fcu, 0xffd9fffcu, 0xffd9fffcu}));
+}
+
 TEST(ImageCodec, RawValuesAreFloats) {
-  for (const auto& [output, channels] : {std::pair{Output::depth, 1}, {Output::position, 3}, {Output::cost, 1}}) {
+  for (const auto& [output, channels] :
+       {std::pair{Output::depth, 1}, {Output::position, 3}, {Output::cost, 1}, {Output::queries, 1}}) {
     const Frame frame = valuesFrame(output, 2, 1, std::vector<float>(static_cast<std::size_t>(2 * channels), 0.1F));
     const auto bytes = encodeImage(frame, ImageFormat::raw, 85);
     ASSERT_EQ(bytes.size(), frame.values.size() * 4);
@@ -281,8 +288,10 @@ TEST(ImageCodec, RawValuesAreFloats) {
     EXPECT_EQ(rawPixel(output).channels, channels);
     EXPECT_EQ(rawPixel(output).type, "f32");
   }
-  EXPECT_EQ(rawPixel(Output::color).channels, 4);
-  EXPECT_EQ(rawPixel(Output::color).type, "u8");
+  for (Output picture : {Output::color, Output::mesh}) {
+    EXPECT_EQ(rawPixel(picture).channels, 4);
+    EXPECT_EQ(rawPixel(picture).type, "u8");
+  }
 }
 
 TEST(ImageCodecDeathTest, AnIncompleteFrameIsAProgrammersError) {

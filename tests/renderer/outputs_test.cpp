@@ -215,6 +215,19 @@ TEST_F(OutputsTest, CostsAddUpToTheFramesCounters) {
   }
 }
 
+TEST_F(OutputsTest, QueriesAddUpToTheFramesCounter) {
+  Scene scene = makeScene(*makeSynthetic({.type = VoxelType::rgba8, .dims = {70, 64, 57}}));
+  View view = randomViews(scene.info, scene.dense(0), 43)[10];
+  view.output = Output::queries;
+  for (const Combination& combination : everyFinder()) {
+    const Frame frame = draw(scene, with(view, combination));
+    double sum = 0;
+    for (float queries : frame.values) sum += static_cast<double>(queries);
+    EXPECT_EQ(sum, static_cast<double>(frame.stats.queries)) << toString(combination);
+    EXPECT_EQ(sum > 0, combination.finder != Finder::none) << toString(combination);
+  }
+}
+
 // Without culling a ray pays for every stored block and subblock that it crosses and every voxel in those.
 TEST_F(OutputsTest, CostsAreWhatTheReferenceCounts) {
   Scene scene = makeScene(*makeSynthetic({.type = VoxelType::rgba8, .dims = {70, 64, 57}}));
@@ -227,7 +240,8 @@ TEST_F(OutputsTest, CostsAreWhatTheReferenceCounts) {
   }
   std::size_t compared = 0;
   for (View view : randomViews(scene.info, dense, 44)) {
-    if (view.channels[0].range->lo > 255) continue;  // nothing to see, nothing to pay
+    if (view.channels[0].range->lo > static_cast<double>(scene.info.channels[0].density_max))
+      continue;  // nothing to see, nothing to pay
     view.mode = Mode::mip;
     view.output = Output::cost;
     const reference::Image near = reference::renderImage(dense, view);
@@ -270,8 +284,10 @@ TEST_F(OutputsTest, NothingIsInfinityNotANumberAndZero) {
     for (float depth : draw(scene, view).values) EXPECT_EQ(depth, std::numeric_limits<float>::infinity());
     view.output = Output::position;
     for (float position : draw(scene, view).values) EXPECT_TRUE(std::isnan(position));
-    view.output = Output::cost;
-    for (float cost : draw(scene, view).values) EXPECT_EQ(cost, 0);
+    for (Output count : {Output::cost, Output::queries}) {
+      view.output = count;
+      for (float number : draw(scene, view).values) EXPECT_EQ(number, 0);
+    }
   }
 }
 

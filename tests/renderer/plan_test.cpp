@@ -331,6 +331,11 @@ TEST(Plan, OutputsNeedNoLightAndNoBackground) {
   EXPECT_EQ(planFor(view, info).key, depth.key);
   view.output = Output::cost;
   EXPECT_EQ(planFor(view, info).key.output, gpu::kOutputCost);
+  view.output = Output::queries;
+  EXPECT_EQ(planFor(view, info).key.output, gpu::kOutputQueries);
+  view.output = Output::mesh;  // over the picture
+  EXPECT_EQ(planFor(view, info).key.output, gpu::kOutputMesh);
+  EXPECT_EQ(planFor(view, info).key.lit, 1u);
 }
 
 TEST(Plan, PlanesWithoutDirectionAreRefused) {

@@ -163,8 +163,8 @@ Frame RendererTest::draw(Renderer& other, ResidentVolume& volume, const View& vi
   EXPECT_FALSE(frame.cancelled);
   EXPECT_EQ(frame.width, view.width);
   EXPECT_EQ(frame.height, view.height);
-  EXPECT_EQ(frame.pixels.size(), view.output == Output::color ? pixels : 0);
-  EXPECT_EQ(frame.values.size(), pixels * (view.output == Output::color ? 0 : view.output == Output::position ? 3 : 1));
+  EXPECT_EQ(frame.pixels.size(), isPicture(view.output) ? pixels : 0);
+  EXPECT_EQ(frame.values.size(), pixels * (isPicture(view.output) ? 0 : view.output == Output::position ? 3 : 1));
   EXPECT_EQ(frame.probes.size(), pixels);
   EXPECT_EQ(frame.stats.rays, pixels * static_cast<std::size_t>(view.samples));
   EXPECT_EQ(frame.stats.non_finite, 0u) << toString(view);
