@@ -226,10 +226,10 @@ BLOCKWALK_FUNCTION vec2 samplePlace(ivec2 pixel, uint index) {
 // Opacity of an optical depth: -expm1(-x), right to a few ulp of a float for every x >= 0. GLSL has no expm1, so small
 // depths take the Taylor series of 1 - exp(-x) to the fifth order (error below x^6/720).
 BLOCKWALK_FUNCTION float opacityOfDepth(float depth) {
-  if (depth < 0.0625f) {
-    return depth * (1.0f - depth * (0.5f - depth * (0.16666667f - depth * (0.041666668f - depth * 0.0083333333f))));
-  }
-  return 1.0f - exp2(-1.44269504f * depth);
+  float small =
+      depth * (1.0f - depth * (0.5f - depth * (0.16666667f - depth * (0.041666668f - depth * 0.0083333333f))));
+  float large = 1.0f - exp2(-1.44269504f * depth);
+  return depth < 0.0625f ? small : large;
 }
 
 // A table's colours: 11 bits of red, 11 of green, 10 of blue. The rounding is an eighth of an 8-bit step at most.

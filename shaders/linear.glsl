@@ -116,6 +116,12 @@ void hitBefore(Ray ray, uint block, Spot spot, Sample sampled, float k, float t,
 bool addSample(int c, Ray ray, uint64_t voxels, vec3 place, vec2 interval, inout Sample mixture, inout Ink ink) {
   float length_t = interval.y - interval.x;
   FieldValue value = fieldAt(voxels, place);
+  if (kStraight && kVoxelType == kVoxelRgba8) {  // of scalars the branch spares a look into the table
+    Sample s = shadeDensity(c, value.density, value.color);
+    s.extinction = !kTestVoxel || isInRange(c, value.density) ? s.extinction : 0.0;
+    gather(s, interval.x, length_t, ink);
+    return true;
+  }
   if (kTestVoxel && !isInRange(c, value.density)) return false;
   Sample s = shadeDensity(c, value.density, value.color);
   if (!isVisible(value.density, s)) return false;
@@ -150,17 +156,22 @@ void integrateSample(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, fl
   }
 }
 
+// The first interval whose middle is at or after t. That of the last one, which the ray's end cuts, may lie before it too.
+float firstInterval(Ray ray, float t) {
+  float k = latticeIndex(ray, t);
+  k += middleOf(latticeInterval(ray, k)) < t ? 1.0 : 0.0;
+  return middleOf(latticeInterval(ray, k)) < t ? k + 1.0 : k;
+}
+
 void integrateLinear(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, float t_begin, float t_end, inout Ink ink,
                      inout Work work) {
-  float k = latticeIndex(ray, t_begin);
+  float k = firstInterval(ray, t_begin);
   for (uint i = 0u; i < scene.sample_bound; ++i) {
     vec2 interval = latticeInterval(ray, k);
-    float t = middleOf(interval);
-    if (t >= t_end) return;
-    if (t >= t_begin && interval.y > interval.x) {
-      if (kTally) work.voxel_steps += 1u;
+    if (middleOf(interval) >= t_end || (!kStraight && ink.done)) return;
+    if (kStraight || interval.y > interval.x) {
+      if (kTally && interval.y > interval.x) work.voxel_steps += 1u;
       integrateSample(ray, block, voxels, corner, k, interval, ink);
-      if (ink.done) return;
     }
     k += 1.0;
   }

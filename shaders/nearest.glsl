@@ -38,6 +38,13 @@ void addVoxel(int c, Ray ray, uint64_t address, Dda voxels, float length_t, vec3
   uint bits;
   uint index = voxelIndex(voxels.index);
   float density = loadDensity(address, index, bits);
+  if (kStraight) {
+    bool visible = !kTestVoxel || isInRange(c, density);
+    Sample s = shadeVoxel(c, visible ? density : scene.channels[c].density_lo, bits);  // NaN is no index of a table
+    s.extinction = visible ? s.extinction : 0.0;
+    gather(s, voxels.t, max(length_t, 0.0), ink);
+    return;
+  }
   if (!(length_t > 0.0) || (kTestVoxel && !isInRange(c, density))) return;
   Sample s = shadeVoxel(c, density, bits);
   if (!isVisible(density, s)) return;
@@ -69,7 +76,7 @@ void integrateNearest(Ray ray, SubblockVoxels subblock, vec3 corner, float t_beg
   for (int i = 0; i <= 3 * kSubblockSide; ++i) {
     if (kTally) work.voxel_steps += 1u;
     integrateVoxel(ray, subblock, voxels, t_end, corner, ink);
-    if (ink.done || voxels.t_exit >= t_end) return;
+    if ((!kStraight && ink.done) || voxels.t_exit >= t_end) return;
     stepDda(ray, 1.0, strides, voxels);
   }
   work.loop_bound_hits += 1u;
