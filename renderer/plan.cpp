@@ -15,7 +15,10 @@
 namespace blockwalk {
 namespace {
 
-constexpr double kHollowShare = 0.75;  // of stored voxels; with more non-empty ones the search costs what it saves
+// Of stored voxels; with more non-empty ones the search for them costs what it saves. To pass an empty voxel by is as
+// cheap as a step of that search, an empty sample has eight loads.
+constexpr double kHollowShare = 0.7;
+constexpr double kHollowShareOfNearestBlend = 0.2;
 
 float floatAtLeast(double value) {
   const auto rounded = static_cast<float>(value);
@@ -179,10 +182,11 @@ bool isFine(const View& view, const ChannelInfo& info, const ChannelPlan& channe
   return true;
 }
 
-// Whether many of the stored voxels are empty, so that it pays to look which.
-bool isHollow(const VolumeInfo& info) {
+// Whether so many of the stored voxels are empty that it pays to look which.
+bool isHollow(const VolumeInfo& info, bool nearest_blend) {
   const double stored = static_cast<double>(info.levels[0].subblock_count) * static_cast<double>(info.subblockVoxels());
-  return static_cast<double>(info.channels[0].nonempty_voxels) < kHollowShare * stored;
+  const double share = nearest_blend ? kHollowShareOfNearestBlend : kHollowShare;
+  return static_cast<double>(info.channels[0].nonempty_voxels) < share * stored;
 }
 
 }  // namespace
@@ -312,7 +316,8 @@ Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, 
   const bool skips = finder != Finder::none;
   key.walk = view.walk && skips ? 1 : 0;
   // Of several channels one may be absent from a subblock that is stored for another.
-  const bool hides = !open || (!blocks && (plan.channels.size() > 1 || isHollow(info)));
+  const bool hides =
+      !open || (!blocks && (plan.channels.size() > 1 || isHollow(info, view.mode == Mode::blend && !linear)));
   key.cull = view.cull && skips && hides ? 1 : 0;
   plan.needs_cells = key.cull != 0 && !blocks;
   plan.needs_masks = plan.needs_cells || plan.needsRegion();

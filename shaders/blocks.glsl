@@ -28,6 +28,9 @@ uint subblockRank(uint block, uint local) {
 // Where every block shows something, it is cells that are culled.
 bool blockIsCulled(uint block) { return kCull && !kRangeOpen && !blockMeetsRange(block); }
 
+// Whether what a finder returns must not be culled. A ray that counts blocks and walks comes through those that are anyway.
+bool isPassedOver(uint block) { return !(kMode == kModeBlocks && kWalk) && blockIsCulled(block); }
+
 // Block walking (Derin et al. 2021, 2.2): the block behind the face through which the ray leaves, or kNone.
 uint walkFrom(Ray ray, uint block, float t_exit) {
   vec3 far = planeT(ray, blockCorner(block) + float(kBlockVoxels) * ray.forward);

@@ -7,7 +7,7 @@ uint findInTile(Ray ray, uint tile, vec3 corner, float t_begin, float t_end, ino
   Dda cells = enterDda(ray, corner, float(kBlockVoxels), count, latticeStrides(count), t_begin);
   for (int i = 0; i <= 3 * kGridTileSide; ++i) {
     uint block = UintArray(scene.grid_cells).at[tile * 512u + wholeNumber(cells.index)];
-    if (block != kNone && cells.t_exit > cells.t && !blockIsCulled(block)) return block;
+    if (block != kNone && cells.t_exit > cells.t && !isPassedOver(block)) return block;
     if (cells.t_exit >= t_end) return kNone;
     stepDda(ray, float(kBlockVoxels), latticeStrides(count), cells);
   }
@@ -53,7 +53,7 @@ uint findByQuery(Ray ray, float t, inout Work work) {
     uint block = uint(rayQueryGetIntersectionInstanceIdEXT(query, false));
     vec2 interval = blockInterval(ray, block);
     float entry = max(interval.x, t);
-    if (interval.y > entry && entry < best && !blockIsCulled(block)) {
+    if (interval.y > entry && entry < best && !isPassedOver(block)) {
       best = entry;
       found = block;
       rayQueryGenerateIntersectionEXT(query, max(entry - t_start, t_query) + slack);

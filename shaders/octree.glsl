@@ -45,7 +45,7 @@ uint findByOctree(Ray ray, float t, inout vec2 span, inout Work work) {
     vec2 interval = cubeInterval(ray, octreeCorner(cell, side), side);
     OctreeNode node = OctreeArray(scene.octree).at[at.children + uint(dot(octant, vec3(1.0, 2.0, 4.0)))];
     bool shows = (node.mask & wanted) != 0u && interval.y > t;
-    if (shows && at.height == 1 && !blockIsCulled(node.first)) {
+    if (shows && at.height == 1 && !isPassedOver(node.first)) {
       span = vec2(max(interval.x, t), kWalk ? ray.t_max : interval.y);
       return node.first;
     }

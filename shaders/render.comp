@@ -49,15 +49,16 @@ uint traverse(Ray ray, inout Ink ink, inout Work work) {
     float t_begin = max(interval.x, kFindsIntervals ? max(span.x, t) : t);
     float t_end = min(interval.y, kFindsIntervals ? min(span.y, ray.t_max) : ray.t_max);
     if (kOutput == kOutputMesh && ink.edge < 0.0) ink.edge = edgeCover(ray, kFindsIntervals ? span.x : max(interval.x, ray.t_min));
-    if (t_end > t_begin && (kMarches || !blockIsCulled(block))) {
+    if (kMode == kModeBlocks) {
+      // Without a branch: what is culled is what does not count.
+      bool crosses = t_end > t_begin;
+      bool meets = (!kMarches || block != kNone) && (kRangeOpen || blockMeetsRange(block));
+      crossed += crosses && meets ? 1u : 0u;
+      if (kTally) work.block_visits += crosses && (meets || !kCull) ? 1u : 0u;
+    } else if (t_end > t_begin && (kMarches || !blockIsCulled(block))) {
       if (kTally) work.block_visits += 1u;
-      if (kMode == kModeBlocks) {
-        bool stored = !kMarches || block != kNone;
-        crossed += stored && (kRangeOpen || blockMeetsRange(block)) ? 1u : 0u;
-      } else {
-        integrateBlock(ray, block, corner, t_begin, t_end, ink, work);
-        if (ink.done) return crossed;
-      }
+      integrateBlock(ray, block, corner, t_begin, t_end, ink, work);
+      if (ink.done) return crossed;
     }
     bool goes_on = !kFindsIntervals || interval.y < span.y;
     t = max(t, goes_on ? interval.y : span.y);

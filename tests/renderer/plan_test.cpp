@@ -46,6 +46,14 @@ TEST(Plan, AnOpenRangeCullsCellsWhereManyStoredVoxelsAreEmpty) {
   EXPECT_EQ(hollow.key.range_open, 1u);
   EXPECT_EQ(hollow.key.cull, 1u);
   EXPECT_TRUE(hollow.needs_cells);
+  info.channels[0].nonempty_voxels = 32 * 512;  // half: worth looking for before a linear sample, not before a voxel
+  View view;
+  EXPECT_EQ(planFor(view, info).key.cull, 0u);
+  view.mode = Mode::mip;
+  EXPECT_EQ(planFor(view, info).key.cull, 1u);
+  view.mode = Mode::blend;
+  view.filter = Filter::linear;
+  EXPECT_EQ(planFor(view, info).key.cull, 1u);
   View blocks;
   blocks.mode = Mode::blocks;
   EXPECT_EQ(planFor(blocks, info).key.cull, 0u);
