@@ -18,7 +18,7 @@ namespace {
 // Of stored voxels; with more non-empty ones the search for them costs what it saves. To pass an empty voxel by is as
 // cheap as a step of that search, an empty sample has eight loads.
 constexpr double kHollowShare = 0.7;
-constexpr double kHollowShareOfNearestBlend = 0.2;
+constexpr double kHollowShareOfNearestBlend = 0.15;
 
 float floatAtLeast(double value) {
   const auto rounded = static_cast<float>(value);

@@ -33,9 +33,11 @@ Ink freshInk() {
   return ink;
 }
 
-// What is invisible is gathered too, with an opacity of 0, and a ray that is done goes on to the end of the span at hand: a
-// branch in so short a loop costs more than it saves, and what follows need not wait for the last sample's transmittance.
-BLOCKWALK_DERIVED bool kStraight = kMode == kModeBlend && kChannels == 1 && !kLit && kOutput != kOutputPoint;
+// Where most of a span is visible, what is not is gathered too, with an opacity of 0, and a ray that is done goes on to the
+// span's end: a branch in so short a loop costs more than it saves, and what follows need not wait for the last sample's
+// transmittance.
+BLOCKWALK_DERIVED bool kShowsMost = kCull || kRangeOpen;
+BLOCKWALK_DERIVED bool kStraight = kShowsMost && kMode == kModeBlend && kChannels == 1 && !kLit && kOutput != kOutputPoint;
 
 bool isVisible(float density, Sample s) {
   if (kMode == kModeIso || kMode == kModeMip || kMode == kModeMean) return true;
