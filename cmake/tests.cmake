@@ -6,7 +6,7 @@ include(GoogleTest)
 
 function(add_room_test room)
   cmake_parse_arguments(ARG "DRAWS;WHOLE" "TIMEOUT" "LIBRARIES;SHARES" ${ARGN})
-  file(GLOB sources CONFIGURE_DEPENDS tests/${room}/*.cpp)
+  file(GLOB_RECURSE sources CONFIGURE_DEPENDS tests/${room}/*.cpp)
   if(NOT sources)
     return()
   endif()

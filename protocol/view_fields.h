@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/view.h"
+#include "view/view.h"
 
 namespace blockwalk {
 

@@ -11,7 +11,7 @@
 #include <string_view>
 #include <vector>
 
-#include "renderer/view.h"
+#include "view/view.h"
 
 namespace blockwalk {
 

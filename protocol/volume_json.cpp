@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/view_values.h"
-#include "renderer/view.h"
+#include "view/view.h"
 
 namespace blockwalk {
 namespace {

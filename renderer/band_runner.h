@@ -5,9 +5,9 @@
 #include <cstdint>
 #include <vulkan/vulkan_raii.hpp>
 
-#include "renderer/device.h"
-#include "renderer/kernels.h"
-#include "renderer/plan.h"
+#include "renderer/plan/plan.h"
+#include "renderer/vulkan/device.h"
+#include "renderer/vulkan/kernels.h"
 
 namespace blockwalk {
 

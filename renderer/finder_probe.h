@@ -5,7 +5,7 @@
 #include <functional>
 #include <span>
 
-#include "renderer/view.h"
+#include "view/view.h"
 
 namespace blockwalk {
 

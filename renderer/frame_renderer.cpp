@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "renderer/finder_probe.h"
-#include "renderer/visible_densities.h"
+#include "renderer/plan/visible_densities.h"
 
 namespace blockwalk {
 namespace {

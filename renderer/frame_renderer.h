@@ -5,15 +5,15 @@
 
 #include <chrono>
 
-#include "renderer/active_region.h"
 #include "renderer/band_runner.h"
-#include "renderer/frame_params.h"
-#include "renderer/kept_sums.h"
-#include "renderer/kernels.h"
-#include "renderer/output_values.h"
-#include "renderer/resident_volume.h"
-#include "renderer/transfer_table.h"
-#include "renderer/visible_cells.h"
+#include "renderer/find/active_region.h"
+#include "renderer/plan/frame_params.h"
+#include "renderer/plan/output_values.h"
+#include "renderer/plan/transfer_table.h"
+#include "renderer/resident/kept_sums.h"
+#include "renderer/resident/resident_volume.h"
+#include "renderer/resident/visible_cells.h"
+#include "renderer/vulkan/kernels.h"
 
 namespace blockwalk {
 

@@ -12,8 +12,8 @@
 #include <string>
 #include <vector>
 
-#include "renderer/view.h"
-#include "volume/file.h"
+#include "view/view.h"
+#include "volume/file/file.h"
 
 namespace blockwalk {
 
@@ -32,7 +32,7 @@ struct DeviceOptions {
   // much (docs/experiments).
   bool probe_software = false;
   double band_ms = 25;  // frames are cut into bands of about this device time
-  // Of sums that refinements keep between their steps, all together (renderer/kept_sums.h).
+  // Of sums that refinements keep between their steps, all together (renderer/resident/kept_sums.h).
   std::uint64_t kept_sum_bytes = std::uint64_t{256} << 20;
   std::function<void(const std::string&)> on_message;  // validation messages and one-time notes
 };
@@ -139,7 +139,7 @@ struct RenderOptions {
 struct ResidentPart {
   std::string what;  // voxels, blocks, masks, cells, macrocells, empty, grid, octree, instances
   int level = 0;
-  bool apron = false;  // of the level whose subblocks carry a ring (volume/apron.h)
+  bool apron = false;  // of the level whose subblocks carry a ring (volume/file/apron.h)
   static constexpr int kAllChannels = -1;
   int channel = kAllChannels;  // of the volume
   std::uint64_t bytes = 0;

@@ -11,11 +11,11 @@
 #include <csignal>
 #include <cstdlib>
 
-#include "server/await_result.h"
-#include "server/connection.h"
-#include "server/routes.h"
+#include "server/http/connection.h"
+#include "server/http/routes.h"
+#include "server/render/await_result.h"
 #include "server/server_context.h"
-#include "server/true_while.h"
+#include "server/stream/true_while.h"
 
 namespace blockwalk {
 namespace {

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "server/options.h"
-#include "server/render_thread.h"
+#include "server/render/render_thread.h"
 
 namespace blockwalk {
 

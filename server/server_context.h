@@ -7,7 +7,7 @@
 #include <memory>
 #include <set>
 
-#include "server/frame_maker.h"
+#include "server/render/frame_maker.h"
 #include "server/server_state.h"
 
 namespace blockwalk {

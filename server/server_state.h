@@ -7,10 +7,10 @@
 #include <string>
 
 #include "renderer/renderer.h"
-#include "server/http_rules.h"
+#include "server/catalog.h"
+#include "server/http/rules.h"
+#include "server/http/static_pages.h"
 #include "server/options.h"
-#include "server/static_pages.h"
-#include "server/volumes.h"
 
 namespace blockwalk {
 

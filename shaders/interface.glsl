@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Buffers and specialisation constants of the render kernel. The order of the ids is that of KernelKey (renderer/plan.h).
+// Buffers and specialisation constants of the render kernel. The order of the ids is that of KernelKey (renderer/plan/plan.h).
 #extension GL_EXT_buffer_reference2 : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
@@ -65,7 +65,7 @@ layout(constant_id = 19) const bool kFineTable = false;  // the nearest entry of
 #endif
 
 BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
-// What interpolates reads subblocks with the ring of one voxel around them (volume/apron.h).
+// What interpolates reads subblocks with the ring of one voxel around them (volume/file/apron.h).
 BLOCKWALK_DERIVED bool kApron = kFilter == kFilterLinear || kLit;
 BLOCKWALK_DERIVED bool kMarches = kFinder == kFinderNone;
 // The finder says between which t something may be, not only in which block.

@@ -6,7 +6,7 @@ struct Sample {
   float extinction;  // per world unit
 };
 
-// One load of 64 bits an entry (renderer/transfer_table.h).
+// One load of 64 bits an entry (renderer/plan/transfer_table.h).
 Sample entryAt(int c, uint index) {
   uvec2 entry = unpackUint2x32(U64Array(scene.channels[c].table).at[index]);
   return Sample(unpackColor(entry.y), uintBitsToFloat(entry.x));
@@ -31,7 +31,7 @@ Sample shadeDensity(int c, float density, vec3 color) {
 }
 
 // A voxel as it is stored: where the table has an entry for each stored value, 0 outside the range, that is its index
-// (renderer/transfer_table.h).
+// (renderer/plan/transfer_table.h).
 Sample shadeVoxel(int c, float density, uint bits) {
   if (kVoxelType == kVoxelRgba8) return Sample(colorOf(bits), density * scene.extinction_scale);
   bool exact = kVoxelType != kVoxelF32 && (kMode == kModeBlend || kMode == kModeFirstHit);

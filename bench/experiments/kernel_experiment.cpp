@@ -11,7 +11,7 @@
 #include "bench/experiments/kernel_size.h"
 #include "bench/experiments/record.h"
 #include "bench/experiments/scene_files.h"
-#include "renderer/transfer_table.h"
+#include "renderer/plan/transfer_table.h"
 
 namespace blockwalk::bench {
 namespace {

@@ -10,7 +10,7 @@
 #include "render_general.spv.h"
 #include "render_general_rayquery.spv.h"
 #include "render_rayquery.spv.h"
-#include "renderer/specialise.h"
+#include "renderer/vulkan/specialise.h"
 #include "volume/error.h"
 
 namespace blockwalk::bench {

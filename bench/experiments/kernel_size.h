@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "renderer/plan.h"
+#include "renderer/plan/plan.h"
 
 namespace blockwalk::bench {
 

@@ -6,7 +6,7 @@
 
 #include "bench/experiments/experiments.h"
 #include "bench/experiments/scene_files.h"
-#include "volume/build_statistics.h"
+#include "volume/build/statistics.h"
 
 namespace blockwalk::bench {
 namespace {

@@ -6,9 +6,9 @@
 #include <algorithm>
 #include <cstdlib>
 
-#include "volume/builder.h"
-#include "volume/demo.h"
-#include "volume/file.h"
+#include "volume/build/builder.h"
+#include "volume/demo/demo.h"
+#include "volume/file/file.h"
 
 namespace blockwalk::bench {
 

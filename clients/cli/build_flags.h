@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "volume/builder.h"
+#include "volume/build/builder.h"
 
 namespace blockwalk {
 

@@ -5,7 +5,7 @@
 #include "clients/cli/build_flags.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/progress.h"
-#include "volume/demo.h"
+#include "volume/demo/demo.h"
 #include "volume/volume.h"
 
 namespace blockwalk {

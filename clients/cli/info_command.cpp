@@ -12,7 +12,7 @@
 #include "clients/cli/flag_values.h"
 #include "clients/cli/remote.h"
 #include "protocol/volume_json.h"
-#include "volume/file.h"
+#include "volume/file/file.h"
 
 namespace blockwalk {
 namespace {

@@ -7,7 +7,7 @@
 
 #include "clients/cli/commands.h"
 #include "clients/cli/usage_error.h"
-#include "renderer/view.h"
+#include "view/view.h"
 
 int main(int argc, char** argv) {
   CLI::App app{"Blockwalk: sparse volumes, imported, inspected and rendered.", "blockwalk"};

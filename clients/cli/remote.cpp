@@ -16,7 +16,7 @@
 #include <nlohmann/json.hpp>
 
 #include "clients/cli/usage_error.h"
-#include "renderer/view.h"
+#include "view/view.h"
 
 namespace blockwalk {
 namespace {

@@ -7,9 +7,9 @@
 #include <memory>
 #include <vector>
 
-#include "renderer/view.h"
 #include "tests/reference/dense_volume.h"
-#include "volume/builder.h"
+#include "view/view.h"
+#include "volume/build/builder.h"
 #include "volume/source.h"
 
 namespace blockwalk::extreme {

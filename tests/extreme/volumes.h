@@ -7,8 +7,8 @@
 #include <memory>
 #include <vector>
 
-#include "renderer/view.h"
 #include "tests/renderer/synthetic.h"
+#include "view/view.h"
 #include "volume/source.h"
 
 namespace blockwalk::extreme {

@@ -10,10 +10,10 @@
 
 #include "tests/fuzz/memory_file.h"
 #include "tests/volume/memory_source.h"
-#include "volume/builder.h"
+#include "volume/build/builder.h"
 #include "volume/error.h"
-#include "volume/file.h"
-#include "volume/file_header.h"
+#include "volume/file/file.h"
+#include "volume/file/header.h"
 
 namespace {
 

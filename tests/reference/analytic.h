@@ -6,8 +6,8 @@
 #include <functional>
 #include <glm/glm.hpp>
 
-#include "renderer/view.h"
 #include "tests/reference/dense_volume.h"
+#include "view/view.h"
 
 namespace blockwalk::reference {
 

@@ -7,8 +7,8 @@
 #include <limits>
 #include <vector>
 
-#include "renderer/view.h"
 #include "tests/reference/dense_volume.h"
+#include "view/view.h"
 
 namespace blockwalk::reference {
 

@@ -5,9 +5,9 @@
 
 #include <cmath>
 
-#include "renderer/view.h"
 #include "tests/reference/dense_volume.h"
 #include "tests/reference/ray.h"
+#include "view/view.h"
 
 namespace blockwalk::reference {
 

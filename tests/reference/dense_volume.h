@@ -8,7 +8,7 @@
 #include <optional>
 #include <vector>
 
-#include "volume/file.h"
+#include "volume/file/file.h"
 #include "volume/source.h"
 #include "volume/voxel.h"
 

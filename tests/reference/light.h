@@ -4,9 +4,9 @@
 
 #include <glm/glm.hpp>
 
-#include "renderer/view.h"
 #include "tests/reference/dense_volume.h"
 #include "tests/reference/ray.h"
+#include "view/view.h"
 
 namespace blockwalk::reference {
 

@@ -9,8 +9,8 @@
 #include <glm/glm.hpp>
 #include <limits>
 
-#include "renderer/view.h"
 #include "tests/reference/dense_volume.h"
+#include "view/view.h"
 
 namespace blockwalk::reference {
 

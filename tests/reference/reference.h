@@ -18,9 +18,9 @@
 #include <span>
 #include <vector>
 
-#include "renderer/view.h"
 #include "tests/reference/dense_volume.h"
 #include "tests/reference/ray.h"
+#include "view/view.h"
 
 namespace blockwalk::reference {
 

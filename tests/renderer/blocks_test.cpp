@@ -8,7 +8,7 @@
 #include "tests/renderer/scenes.h"
 #include "tests/renderer/synthetic.h"
 #include "tests/renderer/views.h"
-#include "volume/demo.h"
+#include "volume/demo/demo.h"
 
 namespace blockwalk::test {
 namespace {

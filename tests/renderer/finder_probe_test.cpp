@@ -7,7 +7,7 @@
 #include <map>
 #include <vector>
 
-#include "renderer/plan.h"
+#include "renderer/plan/plan.h"
 #include "tests/renderer/compare.h"
 #include "tests/renderer/stage.h"
 #include "tests/renderer/synthetic.h"

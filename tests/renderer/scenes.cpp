@@ -2,7 +2,7 @@
 #include "tests/renderer/scenes.h"
 
 #include "tests/renderer/synthetic.h"
-#include "volume/demo.h"
+#include "volume/demo/demo.h"
 #include "volume/import/import.h"
 
 namespace blockwalk::test {

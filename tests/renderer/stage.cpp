@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <mutex>
 
-#include "renderer/plan.h"
+#include "renderer/plan/plan.h"
 
 namespace blockwalk::test {
 namespace {

@@ -12,7 +12,7 @@
 
 #include "renderer/renderer.h"
 #include "tests/reference/reference.h"
-#include "volume/builder.h"
+#include "volume/build/builder.h"
 #include "volume/source.h"
 
 namespace blockwalk::test {
@@ -57,7 +57,7 @@ class RendererTest : public ::testing::Test {
   // making.
   static std::vector<Combination> everyFinder();
   // These, and all of the other finders. `none` neither walks nor culls: it is there once
-  // (tests/renderer/plan_test.cpp).
+  // (tests/renderer/plan/plan_test.cpp).
   static std::vector<Combination> allCombinations();
   static std::vector<Finder> otherFinders();
 

@@ -5,8 +5,8 @@
 
 #include <vector>
 
-#include "renderer/view.h"
 #include "tests/reference/dense_volume.h"
+#include "view/view.h"
 
 namespace blockwalk::test {
 

@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
-#include "volume/builder.h"
-#include "volume/demo.h"
+#include "volume/build/builder.h"
+#include "volume/demo/demo.h"
 
 namespace blockwalk {
 namespace {

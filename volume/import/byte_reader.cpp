@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "volume/error.h"
-#include "volume/import/inflate_stream.h"
+#include "volume/import/inflate.h"
 
 namespace blockwalk {
 namespace {

@@ -5,9 +5,9 @@
 #include <utility>
 
 #include "volume/error.h"
-#include "volume/import/file_kind.h"
-#include "volume/import/formats.h"
-#include "volume/import/slice_order.h"
+#include "volume/import/openers.h"
+#include "volume/import/slices/slice_order.h"
+#include "volume/import/sniff.h"
 
 namespace blockwalk {
 namespace {

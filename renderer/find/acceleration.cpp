@@ -1,0 +1,141 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/find/acceleration.h"
+
+namespace blockwalk {
+namespace {
+
+std::uint64_t addressOf(const Device& device, const AccelerationStructure& structure) {
+  return device.handle().getAccelerationStructureAddressKHR({.accelerationStructure = *structure.handle});
+}
+
+AccelerationStructure allocate(Device& device, vk::AccelerationStructureTypeKHR type, std::uint64_t bytes) {
+  AccelerationStructure structure;
+  structure.storage = Buffer(device, bytes, BufferUse::structure);
+  structure.handle = device.handle().createAccelerationStructureKHR(
+      {.buffer = structure.storage.handle(), .size = bytes, .type = type});
+  return structure;
+}
+
+AccelerationStructure build(Device& device, vk::AccelerationStructureTypeKHR type,
+                            const vk::AccelerationStructureGeometryKHR& geometry, std::uint32_t count,
+                            vk::BuildAccelerationStructureFlagsKHR flags = {}) {
+  vk::AccelerationStructureBuildGeometryInfoKHR info{
+      .type = type,
+      .flags = vk::BuildAccelerationStructureFlagBitsKHR::ePreferFastTrace | flags,
+      .mode = vk::BuildAccelerationStructureModeKHR::eBuild,
+      .geometryCount = 1,
+      .pGeometries = &geometry};
+  const auto sizes = device.handle().getAccelerationStructureBuildSizesKHR(
+      vk::AccelerationStructureBuildTypeKHR::eDevice, info, count);
+  AccelerationStructure structure = allocate(device, type, sizes.accelerationStructureSize);
+  const std::uint64_t alignment = device.scratchAlignment();
+  const Buffer scratch(device, sizes.buildScratchSize + alignment, BufferUse::scratch);
+  info.dstAccelerationStructure = *structure.handle;
+  info.scratchData.deviceAddress = (scratch.address() + alignment - 1) / alignment * alignment;
+  const vk::AccelerationStructureBuildRangeInfoKHR range{.primitiveCount = count};
+  device.submitAndWait(
+      [&](const vk::raii::CommandBuffer& commands) { commands.buildAccelerationStructuresKHR(info, &range); });
+  return structure;
+}
+
+// Into as much memory as it turned out to need.
+AccelerationStructure compacted(Device& device, const AccelerationStructure& large) {
+  const vk::raii::QueryPool sizes = device.handle().createQueryPool(
+      {.queryType = vk::QueryType::eAccelerationStructureCompactedSizeKHR, .queryCount = 1});
+  sizes.reset(0, 1);
+  device.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
+    commands.writeAccelerationStructuresPropertiesKHR(*large.handle,
+                                                      vk::QueryType::eAccelerationStructureCompactedSizeKHR, *sizes, 0);
+  });
+  const auto [result, bytes] =
+      sizes.getResult<std::uint64_t>(0, 1, sizeof(std::uint64_t), vk::QueryResultFlagBits::e64);
+  AccelerationStructure small = allocate(device, vk::AccelerationStructureTypeKHR::eBottomLevel, bytes);
+  device.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
+    commands.copyAccelerationStructureKHR(
+        {.src = *large.handle, .dst = *small.handle, .mode = vk::CopyAccelerationStructureModeKHR::eCompact});
+  });
+  return small;
+}
+
+AccelerationStructure buildCompacted(Device& device, const vk::AccelerationStructureGeometryKHR& geometry,
+                                     std::uint32_t count) {
+  return compacted(device, build(device, vk::AccelerationStructureTypeKHR::eBottomLevel, geometry, count,
+                                 vk::BuildAccelerationStructureFlagBitsKHR::eAllowCompaction));
+}
+
+AccelerationStructure buildInstances(Device& device, const Buffer& instances, std::uint32_t count) {
+  vk::AccelerationStructureGeometryKHR geometry{.geometryType = vk::GeometryTypeKHR::eInstances};
+  geometry.geometry.instances = vk::AccelerationStructureGeometryInstancesDataKHR{};
+  geometry.geometry.instances.data.deviceAddress = instances.address();
+  return build(device, vk::AccelerationStructureTypeKHR::eTopLevel, geometry, count);
+}
+
+vk::AccelerationStructureGeometryKHR boxGeometry(const Buffer& boxes) {
+  vk::AccelerationStructureGeometryKHR geometry{.geometryType = vk::GeometryTypeKHR::eAabbs};
+  geometry.geometry.aabbs = vk::AccelerationStructureGeometryAabbsDataKHR{.stride = sizeof(vk::AabbPositionsKHR)};
+  geometry.geometry.aabbs.data.deviceAddress = boxes.address();
+  return geometry;
+}
+
+}  // namespace
+
+AccelerationStructure buildUnitBox(Device& device) {
+  const Buffer box(device, sizeof(vk::AabbPositionsKHR), BufferUse::instances);
+  box.mappedAs<VkAabbPositionsKHR>()[0] = {.minX = -kBoxSlack,
+                                           .minY = -kBoxSlack,
+                                           .minZ = -kBoxSlack,
+                                           .maxX = 1 + kBoxSlack,
+                                           .maxY = 1 + kBoxSlack,
+                                           .maxZ = 1 + kBoxSlack};
+  return build(device, vk::AccelerationStructureTypeKHR::eBottomLevel, boxGeometry(box), 1);
+}
+
+AccelerationStructure buildBlockInstances(Device& device, const AccelerationStructure& unit_box, const Level& level,
+                                          int block_voxels) {
+  BLOCKWALK_CHECK(level.blocks.size(), <=, device.maxInstances());
+  const Buffer instances(device, level.blocks.size() * sizeof(VkAccelerationStructureInstanceKHR),
+                         BufferUse::instances);
+  const auto records = instances.mappedAs<VkAccelerationStructureInstanceKHR>();
+  const std::uint64_t box = addressOf(device, unit_box);
+  const auto side = static_cast<float>(block_voxels);
+  for (std::size_t i = 0; i < level.blocks.size(); ++i) {
+    const glm::vec3 corner = level.blocks[i].origin * block_voxels;
+    records[i] = {.transform = {{{side, 0, 0, corner.x}, {0, side, 0, corner.y}, {0, 0, side, corner.z}}},
+                  .instanceCustomIndex = 0,
+                  .mask = level.blocks[i].range_mask,
+                  .instanceShaderBindingTableRecordOffset = 0,
+                  .flags = 0,
+                  .accelerationStructureReference = box};
+  }
+  return buildInstances(device, instances, static_cast<std::uint32_t>(level.blocks.size()));
+}
+
+AccelerationStructure buildBoxes(Device& device, const Buffer& boxes, std::uint32_t count) {
+  return buildCompacted(device, boxGeometry(boxes), count);
+}
+
+AccelerationStructure buildTriangles(Device& device, const Buffer& vertices, std::uint32_t count) {
+  vk::AccelerationStructureGeometryKHR geometry{.geometryType = vk::GeometryTypeKHR::eTriangles,
+                                                .flags = vk::GeometryFlagBitsKHR::eOpaque};
+  geometry.geometry.triangles =
+      vk::AccelerationStructureGeometryTrianglesDataKHR{.vertexFormat = vk::Format::eR32G32B32Sfloat,
+                                                        .vertexStride = 3 * sizeof(float),
+                                                        .maxVertex = 3 * count - 1,
+                                                        .indexType = vk::IndexType::eNoneKHR};
+  geometry.geometry.triangles.vertexData.deviceAddress = vertices.address();
+  return buildCompacted(device, geometry, count);
+}
+
+AccelerationStructure buildOneInstance(Device& device, const AccelerationStructure& bottom, std::uint8_t mask) {
+  const Buffer instances(device, sizeof(VkAccelerationStructureInstanceKHR), BufferUse::instances);
+  instances.mappedAs<VkAccelerationStructureInstanceKHR>()[0] = {
+      .transform = {{{1, 0, 0, 0}, {0, 1, 0, 0}, {0, 0, 1, 0}}},
+      .instanceCustomIndex = 0,
+      .mask = mask,
+      .instanceShaderBindingTableRecordOffset = 0,
+      .flags = 0,
+      .accelerationStructureReference = addressOf(device, bottom)};
+  return buildInstances(device, instances, 1);
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,353 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/plan/plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <iterator>
+#include <limits>
+
+#include "renderer/plan/transfer_table.h"
+#include "shaders/kernel_interface.h"
+
+namespace blockwalk {
+namespace {
+
+// Of stored voxels; with more non-empty ones the search for them costs what it saves. To pass an empty voxel by is as
+// cheap as a step of that search, an empty sample has eight loads.
+constexpr double kHollowShare = 0.7;
+constexpr double kHollowShareOfNearestBlend = 0.15;
+
+float floatAtLeast(double value) {
+  const auto rounded = static_cast<float>(value);
+  return rounded < value ? std::nextafter(rounded, std::numeric_limits<float>::infinity()) : rounded;
+}
+
+float floatAtMost(double value) {
+  const auto rounded = static_cast<float>(value);
+  return rounded > value ? std::nextafter(rounded, -std::numeric_limits<float>::infinity()) : rounded;
+}
+
+// Data-unit interval outside which a transfer function is transparent.
+DensityRange transferSupport(const std::vector<TransferPoint>& points, TransferShape shape) {
+  const auto opaque = [](const TransferPoint& p) { return p.opacity > 0; };
+  const auto first = std::ranges::find_if(points, opaque);
+  if (first == points.end()) return {kInfinity, -kInfinity};
+  const auto last = std::find_if(points.rbegin(), points.rend(), opaque);
+  const bool stepped = shape == TransferShape::stepped;
+  return {first == points.begin() ? -kInfinity : (stepped ? first : std::prev(first))->value,
+          last == points.rbegin() ? kInfinity : std::prev(last)->value};
+}
+
+bool isScalar(const VolumeInfo& info) { return info.type != VoxelType::rgba8; }
+
+// In these modes a scalar's opacity says what is visible.
+bool looksAtOpacity(const View& view) { return view.mode == Mode::blend || view.mode == Mode::first_hit; }
+
+void refuseWhatIsNotDefined(const View& view, const VolumeInfo& info) {
+  if (view.classification != Classification::pre_integrated) return;
+  if (view.filter != Filter::linear || view.mode != Mode::blend) {
+    throw ViewError("classification", "pre-integrated: needs filter=linear and mode=blend");
+  }
+  if (!isScalar(info)) throw ViewError("classification", "pre-integrated: needs a scalar volume, this one is rgba8");
+}
+
+Finder chooseFinder(const View& view, const VolumeInfo& info, int level, const DeviceTraits& device) {
+  const std::uint64_t blocks = info.levels[static_cast<std::size_t>(level)].block_count;
+  const bool can_query = device.ray_query && blocks <= device.max_instances;
+  const bool asks_rays =
+      view.finder == Finder::query || view.finder == Finder::clusters || view.finder == Finder::boundary;
+  if (asks_rays && !device.ray_query) {
+    throw ViewError(
+        "finder", fmt::format("{}: this device has no ray queries; use grid, octree or auto", finderName(view.finder)));
+  }
+  if (view.finder == Finder::query && !can_query) {
+    throw ViewError(
+        "finder", fmt::format("query: the level has {} blocks, the device takes {} instances; use grid or auto", blocks,
+                              device.max_instances));
+  }
+  if (view.finder != Finder::automatic) return view.finder;
+  if (!can_query) return Finder::grid;
+  if (device.fastest != Finder::automatic) return device.fastest;
+  // A software ray query costs about a microsecond, a grid step nanoseconds; with ray-tracing hardware it is reversed.
+  return device.software ? Finder::grid : Finder::query;
+}
+
+// A DDA counts them in a float.
+constexpr std::uint64_t kMaxMacrocells = std::uint64_t{1} << 24;
+
+// A macrocell is never a part of a subblock, whose range is all that is known of it. Where blocks are counted it is a
+// block: else one would count as often as the ray enters something active in it.
+int chooseMacrocell(const View& view, const VolumeInfo& info) {
+  if (view.mode == Mode::blocks) return info.blockVoxels();
+  if (view.macrocell == kAutoMacrocell) return std::max(8, info.subblock_side);
+  if (view.macrocell >= info.subblock_side) return view.macrocell;
+  throw ViewError("macrocell", fmt::format("{}: the volume's subblocks have {} voxels; use at least that",
+                                           view.macrocell, info.subblock_side));
+}
+
+void refuseTooManyCells(Finder finder, const VolumeInfo& info, const Plan& plan) {
+  const glm::ivec3 dims = info.levels[static_cast<std::size_t>(plan.level)].dims;
+  std::uint64_t cells = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    cells *= static_cast<std::uint64_t>((dims[axis] + plan.cell_voxels - 1) / plan.cell_voxels);
+  }
+  if (cells <= kMaxMacrocells) return;
+  throw ViewError("finder",
+                  fmt::format("{}: the level has {} macrocells of {} voxels, at most {} may be; use larger ones "
+                              "(macrocell), a coarser level, or another finder",
+                              finderName(finder), cells, plan.cell_voxels, kMaxMacrocells));
+}
+
+std::uint32_t kernelOutput(Output output) {
+  switch (output) {
+    case Output::color:
+      return gpu::kOutputColor;
+    case Output::depth:
+    case Output::position:
+      return gpu::kOutputPoint;
+    case Output::cost:
+      return gpu::kOutputCost;
+    case Output::queries:
+      return gpu::kOutputQueries;
+    case Output::mesh:
+      return gpu::kOutputMesh;
+  }
+  BLOCKWALK_CHECK(static_cast<int>(output), <=, static_cast<int>(Output::mesh));
+  return gpu::kOutputColor;
+}
+
+// World corners of the volume's box.
+std::array<glm::dvec3, 8> cornersOf(const VolumeInfo& info) {
+  std::array<glm::dvec3, 8> corners;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec4 index(glm::dvec3(info.dims) * glm::dvec3(i & 1, i >> 1 & 1, i >> 2), 1);
+    corners[static_cast<std::size_t>(i)] = glm::dvec3(info.world_from_index * index);
+  }
+  return corners;
+}
+
+// With a unit normal. Lengths that a double's square cannot hold are divided twice.
+ClipPlane normalized(const ClipPlane& plane) {
+  const glm::dvec3 size = glm::abs(plane.normal);
+  const double largest = std::max({size.x, size.y, size.z});
+  const glm::dvec3 normal = plane.normal / largest;
+  const double length = glm::length(normal);
+  return {.normal = normal / length, .offset = plane.offset / largest / length};
+}
+
+// What is drawn of the channels: those that can be seen, and of an iso surface the first alone.
+std::vector<ChannelPlan> planChannels(const View& view, const VolumeInfo& info) {
+  std::vector<ChannelPlan> channels;
+  const std::size_t count = view.mode == Mode::iso ? 1 : view.drawn.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto number = static_cast<std::size_t>(view.drawn[i]);
+    ChannelPlan channel{.channel = number, .range = visibleRange(view, info, number), .range_mask = 0};
+    // Means of coarser levels and interpolated values are no greater than the greatest density.
+    if (channel.range.lo > std::min(channel.range.hi, info.channels[number].density_max)) continue;
+    const int low = rangeMaskBin(info.channels[number].bin_cuts, channel.range.lo);
+    const int high = rangeMaskBin(info.channels[number].bin_cuts, channel.range.hi);
+    for (int bin = low; bin <= high; ++bin) channel.range_mask |= static_cast<std::uint8_t>(1 << bin);
+    channels.push_back(channel);
+  }
+  return channels;
+}
+
+// Whether every stored block, subblock and non-empty voxel shows something. What is stored for the sake of a channel
+// that is not drawn need not.
+bool isOpen(const std::vector<ChannelPlan>& channels, const VolumeInfo& info) {
+  return channels.size() == info.channels.size() && std::ranges::all_of(channels, [&](const ChannelPlan& plan) {
+           const ChannelInfo& channel = info.channels[plan.channel];
+           return plan.range.lo <= channel.density_min && plan.range.hi >= channel.density_max;
+         });
+}
+
+// Whether colour and opacity change so little from an entry of a channel's table to the next that the nearest one is
+// right to a quarter of an 8-bit step in colour, and to a sixteenth in the opacity of a step.
+bool isFine(const View& view, const ChannelInfo& info, const ChannelPlan& channel) {
+  const std::vector<TransferPoint>& points = view.channels[channel.channel].transfer;
+  if (view.transfer_shape != TransferShape::linear) return false;
+  const double width = std::max<double>(std::min<double>(channel.range.hi, info.density_max), channel.range.lo) -
+                       std::min<double>(channel.range.lo, info.density_min);
+  const double half_entry = 0.5 * info.value_scale * std::max(width, 1.0) / (kTableEntries - 1);
+  const double steps = std::max(view.step, 1.0);
+  for (std::size_t i = 1; i < points.size(); ++i) {
+    const double share = half_entry / (points[i].value - points[i - 1].value);  // infinite where a step is
+    const glm::dvec3 change = glm::abs(points[i].color - points[i - 1].color);
+    if (!(share * std::max({change.r, change.g, change.b}) <= 0.25 / 255)) return false;
+    if (!(share * steps * std::abs(points[i].opacity - points[i - 1].opacity) <= 0.0625 / 255)) return false;
+  }
+  return true;
+}
+
+// Whether so many of the stored voxels are empty that it pays to look which.
+bool isHollow(const VolumeInfo& info, bool nearest_blend) {
+  const double stored = static_cast<double>(info.levels[0].subblock_count) * static_cast<double>(info.subblockVoxels());
+  const double share = nearest_blend ? kHollowShareOfNearestBlend : kHollowShare;
+  return static_cast<double>(info.channels[0].nonempty_voxels) < share * stored;
+}
+
+}  // namespace
+
+std::string_view finderName(Finder finder) {
+  static constexpr std::string_view kNames[] = {"auto", "query", "grid", "clusters", "boundary", "octree", "none"};
+  return kNames[static_cast<std::size_t>(finder)];
+}
+
+std::string describe(const KernelKey& key) {
+  static constexpr std::string_view kModes[] = {"blend", "first-hit", "blocks", "mip", "mean", "iso"};
+  std::string text = fmt::format("{} {} {}", voxelTypeName(static_cast<VoxelType>(key.voxel_type)), kModes[key.mode],
+                                 finderName(static_cast<Finder>(key.finder)));
+  const auto add = [&](std::uint32_t on, std::string_view word) {
+    if (on != 0) text += fmt::format(" {}", word);
+  };
+  add(key.walk, "walk");
+  add(key.cull, "cull");
+  add(key.range_open, "range-open");
+  add(key.test_voxel, "test-voxel");
+  add(key.clip, "clip");
+  add(key.filter, "linear");
+  add(key.classification, "pre-integrated");
+  add(key.lit, "lit");
+  add(key.opaque_background == 0 ? 1 : 0, "transparent");
+  static constexpr std::string_view kOutputs[] = {"", "point", "cost", "queries", "mesh"};
+  add(key.output, kOutputs[key.output]);
+  add(key.antialias, "antialias");
+  if (key.channels > 1) text += fmt::format(" {} channels", key.channels);
+  add(key.count, "count");
+  add(key.probe, "probe");
+  add(key.fine_table, "fine-table");
+  return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
+}
+
+StoredRange visibleRange(const View& view, const VolumeInfo& info, std::size_t number) {
+  const ChannelInfo& channel = info.channels[number];
+  const ChannelView& look = view.channels[number];
+  const bool whole_numbers = info.type != VoxelType::f32 && view.filter == Filter::nearest;
+  const auto stored = [&](const DensityRange& data) {
+    const StoredRange range{.lo = floatAtLeast(channel.storedFromData(data.lo)),
+                            .hi = floatAtMost(channel.storedFromData(data.hi))};
+    return whole_numbers ? StoredRange{.lo = std::ceil(range.lo), .hi = std::floor(range.hi)} : range;
+  };
+  StoredRange range = stored(view.mode == Mode::iso ? DensityRange{*view.iso, kInfinity} : *look.range);
+  const float above_empty = whole_numbers
+                                ? std::floor(channel.empty_threshold) + 1
+                                : std::nextafter(channel.empty_threshold, std::numeric_limits<float>::infinity());
+  // A bound that excludes nothing of level 0 excludes nothing of the coarser levels either, whose averages with empty
+  // voxels may lie below level 0's smallest density.
+  const bool opens_below =
+      view.mode != Mode::iso && range.lo <= channel.density_min;  // an iso value is meant as it stands
+  range.lo = opens_below ? above_empty : std::max(range.lo, above_empty);
+  range.hi = range.hi >= channel.density_max ? std::numeric_limits<float>::max() : range.hi;
+  if (!isScalar(info) || !looksAtOpacity(view)) return range;
+  // Where the transfer function is transparent it stays so, also between voxels and on coarser levels.
+  const StoredRange support = stored(transferSupport(look.transfer, view.transfer_shape));
+  return {.lo = std::max(range.lo, support.lo), .hi = std::min(range.hi, support.hi)};
+}
+
+std::vector<ClipPlane> cuttingPlanes(const View& view, const VolumeInfo& info) {
+  std::vector<ClipPlane> planes;
+  for (int axis = 0; view.clip && axis < 3; ++axis) {
+    glm::dvec3 normal(0);
+    normal[axis] = 1;
+    planes.push_back({.normal = normal, .offset = -view.clip->min[axis]});
+    planes.push_back({.normal = -normal, .offset = view.clip->max[axis]});
+  }
+  std::ranges::transform(view.planes, std::back_inserter(planes), normalized);
+  std::erase_if(planes, [corners = cornersOf(info)](const ClipPlane& plane) {
+    return std::ranges::all_of(corners,
+                               [&](const glm::dvec3& p) { return glm::dot(plane.normal, p) + plane.offset >= 0; });
+  });
+  return planes;
+}
+
+int chooseLevel(const View& view, const VolumeInfo& info) {
+  const Camera camera = makeCamera(view);
+  const double pixel_slope = 2 * camera.half_height / view.height;
+  double pixel = pixel_slope;  // world size of a pixel
+  if (!camera.orthographic) {
+    double nearest = kInfinity;
+    for (const glm::dvec3& corner : cornersOf(info)) {
+      nearest = std::min(nearest, glm::dot(corner - camera.eye, camera.forward));
+    }
+    pixel = pixel_slope * nearest;
+  }
+  const double voxels = pixel / unitDistance(info);
+  if (!(voxels >= 2)) return 0;
+  const auto last = static_cast<int>(info.levels.size()) - 1;
+  return static_cast<int>(std::min(std::floor(std::log2(voxels)), static_cast<double>(last)));
+}
+
+Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe) {
+  refuseWhatIsNotDefined(view, info);
+  Plan plan;
+  plan.level = view.level == kAutoLevel ? chooseLevel(view, info) : view.level;
+  plan.channels = planChannels(view, info);
+  const LevelInfo& level = info.levels[static_cast<std::size_t>(plan.level)];
+  plan.is_blank = plan.channels.empty() || level.block_count == 0;
+  plan.planes = cuttingPlanes(view, info);
+  const bool open = isOpen(plan.channels, info);
+  const Finder finder = chooseFinder(view, info, plan.level, device);
+  plan.needs_clusters = finder == Finder::clusters;
+  plan.needs_boundary = finder == Finder::boundary;
+  if (plan.needsRegion()) {
+    plan.cell_voxels = chooseMacrocell(view, info);
+    refuseTooManyCells(finder, info, plan);
+  }
+  plan.needs_grid = finder == Finder::grid || finder == Finder::none || plan.needsRegion();
+  plan.needs_instances = finder == Finder::query;
+  plan.needs_octree = finder == Finder::octree;
+  plan.needs_empty = finder == Finder::none;
+  const bool blocks = view.mode == Mode::blocks;
+  const bool colored = isPicture(view.output);
+  const bool lit = view.lit && colored && (looksAtOpacity(view) || view.mode == Mode::iso);
+  const bool linear = view.filter == Filter::linear && !blocks;
+  plan.needs_apron = linear || lit;
+  plan.needs_integrals = view.classification == Classification::pre_integrated;
+  plan.needs_table = isScalar(info) && !blocks;
+
+  KernelKey& key = plan.key;
+  key.voxel_type = static_cast<std::uint32_t>(info.type);
+  key.mode = static_cast<std::uint32_t>(view.mode);
+  key.finder = static_cast<std::uint32_t>(finder);
+  // What marches through the whole box neither walks nor culls.
+  const bool skips = finder != Finder::none;
+  key.walk = view.walk && skips ? 1 : 0;
+  // Of several channels one may be absent from a subblock that is stored for another.
+  const bool hides =
+      !open || (!blocks && (plan.channels.size() > 1 || isHollow(info, view.mode == Mode::blend && !linear)));
+  key.cull = view.cull && skips && hides ? 1 : 0;
+  plan.needs_cells = key.cull != 0 && !blocks;
+  plan.needs_masks = plan.needs_cells || plan.needsRegion();
+  key.range_open = open ? 1 : 0;
+  // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
+  // extinction.
+  const bool table_tests = isScalar(info) && info.type != VoxelType::f32 && !linear && looksAtOpacity(view);
+  const bool density_tests =
+      !isScalar(info) && open && info.channels[0].empty_threshold == 0 && view.mode == Mode::blend;
+  key.test_voxel = !blocks && !table_tests && !density_tests ? 1 : 0;
+  key.clip = plan.planes.empty() ? 0 : 1;
+  key.opaque_background = !colored || view.background[3] == 255 ? 1 : 0;
+  key.subblock_side = static_cast<std::uint32_t>(info.subblock_side);
+  key.block_side = static_cast<std::uint32_t>(info.block_side);
+  key.filter = static_cast<std::uint32_t>(linear ? Filter::linear : Filter::nearest);
+  key.lit = lit ? 1 : 0;
+  key.classification = static_cast<std::uint32_t>(view.classification);
+  key.output = kernelOutput(view.output);
+  key.antialias = view.samples > 1 ? 1 : 0;
+  key.channels = static_cast<std::uint32_t>(std::max<std::size_t>(plan.channels.size(), 1));
+  key.count = count ? 1 : 0;
+  key.probe = probe ? 1 : 0;
+  const bool looks_up = plan.needs_table && colored && view.mode != Mode::first_hit && view.mode != Mode::iso;
+  key.fine_table = looks_up && std::ranges::all_of(plan.channels,
+                                                   [&](const ChannelPlan& channel) {
+                                                     return isFine(view, info.channels[channel.channel], channel);
+                                                   })
+                       ? 1
+                       : 0;
+  return plan;
+}
+
+}  // namespace blockwalk

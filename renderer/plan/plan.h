@@ -1,0 +1,109 @@
+// SPDX-License-Identifier: Apache-2.0
+// plan(): from a view, a volume and a device to the kernel that draws it and what must be resident. Pure.
+#pragma once
+
+#include <compare>
+#include <limits>
+#include <string>
+#include <string_view>
+
+#include "view/view.h"
+
+namespace blockwalk {
+
+// The specialisation constants; member order is constant_id order (shaders/interface.glsl). `ray_query` comes last and
+// is no constant: it chooses the module.
+struct KernelKey {
+  std::uint32_t voxel_type = 0;
+  std::uint32_t mode = 0;
+  std::uint32_t finder = 0;
+  std::uint32_t walk = 0;
+  std::uint32_t cull = 0;        // on only where something that is stored cannot be seen
+  std::uint32_t range_open = 0;  // every non-empty voxel is in the range, and its channel drawn
+  std::uint32_t test_voxel = 0;  // a stored voxel may have to be left out, and its extinction does not say so
+  std::uint32_t clip = 0;        // some plane cuts the volume
+  std::uint32_t opaque_background = 0;
+  std::uint32_t subblock_side = 0;
+  std::uint32_t block_side = 0;
+  std::uint32_t filter = 0;
+  std::uint32_t lit = 0;
+  std::uint32_t classification = 0;
+  std::uint32_t output = 0;
+  std::uint32_t antialias = 0;
+  std::uint32_t channels = 1;  // drawn
+  std::uint32_t count = 0;
+  std::uint32_t probe = 0;
+  std::uint32_t fine_table = 0;  // entries are so close that the nearest will do
+  auto operator<=>(const KernelKey&) const = default;
+};
+constexpr std::uint32_t kKernelConstants = sizeof(KernelKey) / sizeof(std::uint32_t);
+
+// As views name it: auto, query, grid, ...
+std::string_view finderName(Finder finder);
+
+// "rgba8 blend grid walk cull ..." : what is compiled in, in words.
+std::string describe(const KernelKey& key);
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+// Inclusive range of stored densities that can be seen; lo > hi when none can.
+struct StoredRange {
+  float lo = 0;
+  float hi = 0;
+  bool operator==(const StoredRange&) const = default;
+};
+
+struct DeviceTraits {
+  bool ray_query = false;
+  bool software = true;
+  std::uint64_t max_instances = 0;
+  Finder fastest = Finder::automatic;  // query or grid, where that was measured for the volume
+};
+
+// The planes of the view's clip box and its own, of those that cut the volume's box: the others exclude nothing of it.
+// Normals are unit vectors. Planes that leave nothing of the volume are kept.
+std::vector<ClipPlane> cuttingPlanes(const View& view, const VolumeInfo& info);
+
+// A channel that can be seen.
+struct ChannelPlan {
+  std::size_t channel = 0;  // of the volume
+  StoredRange range;
+  std::uint8_t range_mask = 0;  // bins that the range meets
+};
+
+struct Plan {
+  KernelKey key;
+  int level = 0;
+  int cell_voxels = 0;                // clusters and boundary: side of a macrocell
+  std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something
+  std::vector<ClipPlane> planes;      // world
+  bool needs_grid = false;
+  bool needs_instances = false;
+  bool needs_octree = false;
+  bool needs_clusters = false;
+  bool needs_boundary = false;
+  bool needs_empty = false;  // a subblock of empty voxels
+  bool needs_apron = false;  // voxels with the ring around every subblock
+  bool needs_table = false;
+  bool needs_integrals = false;  // of the table, for pre-integration
+  bool needs_masks = false;      // minimum, maximum and range mask of subblocks
+  bool needs_cells = false;      // which cells of subblocks may show something
+  bool general = false;          // RenderOptions::general: `key` is read at run time
+  bool is_blank = false;         // nothing can be seen: no kernel at all, only background
+
+  bool needsRegion() const { return needs_clusters || needs_boundary; }
+  bool queriesRays() const { return needs_instances || needsRegion(); }
+};
+
+// `view` is resolved. `count` and `probe` as in RenderOptions. Throws ViewError where the device cannot do what is
+// asked.
+Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe);
+
+// The level whose voxels are about as large as a pixel where the volume is nearest; never coarser than a pixel there.
+int chooseLevel(const View& view, const VolumeInfo& info);
+
+// A channel's range in the view and, for scalars in blend and first-hit, what its transfer function shows, without
+// empty voxels.
+StoredRange visibleRange(const View& view, const VolumeInfo& info, std::size_t number);
+
+}  // namespace blockwalk

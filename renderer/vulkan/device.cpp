@@ -1,0 +1,272 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/vulkan/device.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <string_view>
+
+namespace blockwalk {
+namespace {
+
+constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
+constexpr std::array kRayQueryExtensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_RAY_QUERY_EXTENSION_NAME,
+                                         VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
+
+// A generic function object: vulkan.hpp changed the callback's parameter types between its versions.
+constexpr auto receiveMessage = [](auto, auto, const auto* data, void* user) -> VkBool32 {
+  const auto& sink = *static_cast<const std::function<void(const std::string&)>*>(user);
+  if (sink) sink(fmt::format("validation: {}", data->pMessage));
+  return VK_FALSE;
+};
+
+std::string kindName(vk::PhysicalDeviceType type) {
+  switch (type) {
+    case vk::PhysicalDeviceType::eDiscreteGpu:
+      return "discrete";
+    case vk::PhysicalDeviceType::eIntegratedGpu:
+      return "integrated";
+    case vk::PhysicalDeviceType::eVirtualGpu:
+      return "virtual";
+    default:
+      return "software";
+  }
+}
+
+int kindRank(vk::PhysicalDeviceType type) {
+  switch (type) {
+    case vk::PhysicalDeviceType::eDiscreteGpu:
+      return 0;
+    case vk::PhysicalDeviceType::eIntegratedGpu:
+      return 1;
+    case vk::PhysicalDeviceType::eVirtualGpu:
+      return 2;
+    default:
+      return 3;
+  }
+}
+
+bool hasExtensions(const vk::raii::PhysicalDevice& device, std::span<const char* const> names) {
+  const auto available = device.enumerateDeviceExtensionProperties();
+  return std::ranges::all_of(names, [&](std::string_view name) {
+    return std::ranges::any_of(available, [&](const auto& e) { return name == e.extensionName.data(); });
+  });
+}
+
+bool supportsRayQuery(const vk::raii::PhysicalDevice& device) {
+  if (!hasExtensions(device, kRayQueryExtensions)) return false;
+  const auto features =
+      device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceAccelerationStructureFeaturesKHR,
+                          vk::PhysicalDeviceRayQueryFeaturesKHR>();
+  return features.get<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>().accelerationStructure &&
+         features.get<vk::PhysicalDeviceRayQueryFeaturesKHR>().rayQuery;
+}
+
+// What the kernels need and the device lacks; empty when it will do.
+std::string missingFeatures(const vk::raii::PhysicalDevice& device) {
+  const auto properties = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceVulkan11Properties>();
+  if (properties.get<vk::PhysicalDeviceProperties2>().properties.apiVersion < VK_API_VERSION_1_2) return "Vulkan 1.2";
+  const auto features = device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features>();
+  const auto& core = features.get<vk::PhysicalDeviceFeatures2>().features;
+  const auto& v12 = features.get<vk::PhysicalDeviceVulkan12Features>();
+  const auto operations = properties.get<vk::PhysicalDeviceVulkan11Properties>().subgroupSupportedOperations;
+  std::string missing;
+  const auto need = [&](bool present, std::string_view name) {
+    if (!present) missing += fmt::format("{}{}", missing.empty() ? "" : ", ", name);
+  };
+  need(core.shaderInt64, "shaderInt64");
+  need(v12.storageBuffer8BitAccess, "storageBuffer8BitAccess");
+  need(v12.shaderInt8, "shaderInt8");
+  need(v12.bufferDeviceAddress, "bufferDeviceAddress");
+  need(v12.scalarBlockLayout, "scalarBlockLayout");
+  need(v12.hostQueryReset, "hostQueryReset");
+  need(static_cast<bool>(operations & vk::SubgroupFeatureFlagBits::eArithmetic), "subgroup arithmetic");
+  return missing;
+}
+
+DeviceInfo describe(const vk::raii::PhysicalDevice& device) {
+  const auto properties = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>();
+  const auto& core = properties.get<vk::PhysicalDeviceProperties2>().properties;
+  const auto& driver = properties.get<vk::PhysicalDeviceDriverProperties>();
+  DeviceInfo info;
+  info.name = core.deviceName.data();
+  info.driver = driver.driverName.data();
+  info.driver_version = driver.driverInfo.data();
+  info.api_version = fmt::format("{}.{}.{}", VK_API_VERSION_MAJOR(core.apiVersion),
+                                 VK_API_VERSION_MINOR(core.apiVersion), VK_API_VERSION_PATCH(core.apiVersion));
+  info.kind = kindName(core.deviceType);
+  info.ray_query = supportsRayQuery(device);
+  const auto memory = device.getMemoryProperties();
+  for (std::uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
+    if (memory.memoryHeaps[i].flags & vk::MemoryHeapFlagBits::eDeviceLocal) {
+      info.memory_budget_bytes = std::max<std::uint64_t>(info.memory_budget_bytes, memory.memoryHeaps[i].size);
+    }
+  }
+  return info;
+}
+
+std::vector<vk::raii::PhysicalDevice> sortedDevices(const vk::raii::Instance& instance) {
+  std::vector<vk::raii::PhysicalDevice> devices = vk::raii::PhysicalDevices(instance);
+  std::ranges::stable_sort(devices, {}, [](const auto& d) { return kindRank(d.getProperties().deviceType); });
+  return devices;
+}
+
+}  // namespace
+
+Device::Device(const DeviceOptions& options) : on_message_(options.on_message) {
+  try {
+    createInstance(options);
+    choosePhysicalDevice(options);
+    createDevice(options);
+  } catch (const vk::SystemError& error) {
+    throw DeviceError(
+        fmt::format("Vulkan did not start: {}. Is a driver installed (Mesa's lavapipe will do)?", error.what()));
+  }
+}
+
+void Device::createInstance(const DeviceOptions& options) {
+  const vk::ApplicationInfo application{.pApplicationName = "blockwalk", .apiVersion = VK_API_VERSION_1_2};
+  std::vector<const char*> layers;
+  std::vector<const char*> extensions;
+  if (options.validation) {
+    const auto available = context_.enumerateInstanceLayerProperties();
+    if (std::ranges::none_of(available,
+                             [](const auto& l) { return std::string_view(l.layerName.data()) == kValidationLayer; })) {
+      throw DeviceError(fmt::format("validation was asked for, and the layer {} is not installed", kValidationLayer));
+    }
+    layers.push_back(kValidationLayer);
+    extensions.push_back(VK_EXT_DEBUG_UTILS_EXTENSION_NAME);
+    extensions.push_back(VK_EXT_VALIDATION_FEATURES_EXTENSION_NAME);
+  }
+  const std::array enabled{vk::ValidationFeatureEnableEXT::eSynchronizationValidation};
+  const vk::ValidationFeaturesEXT validation{.enabledValidationFeatureCount = enabled.size(),
+                                             .pEnabledValidationFeatures = enabled.data()};
+  instance_ = vk::raii::Instance(
+      context_, vk::InstanceCreateInfo{.pNext = options.validation ? &validation : nullptr,
+                                       .pApplicationInfo = &application,
+                                       .enabledLayerCount = static_cast<std::uint32_t>(layers.size()),
+                                       .ppEnabledLayerNames = layers.data(),
+                                       .enabledExtensionCount = static_cast<std::uint32_t>(extensions.size()),
+                                       .ppEnabledExtensionNames = extensions.data()});
+  if (!options.validation) return;
+  using Severity = vk::DebugUtilsMessageSeverityFlagBitsEXT;
+  using Type = vk::DebugUtilsMessageTypeFlagBitsEXT;
+  messenger_ = vk::raii::DebugUtilsMessengerEXT(
+      instance_, vk::DebugUtilsMessengerCreateInfoEXT{.messageSeverity = Severity::eError | Severity::eWarning,
+                                                      .messageType = Type::eValidation | Type::ePerformance,
+                                                      .pfnUserCallback = receiveMessage,
+                                                      .pUserData = &on_message_});
+}
+
+void Device::choosePhysicalDevice(const DeviceOptions& options) {
+  const auto devices = sortedDevices(instance_);
+  std::string seen;
+  std::size_t wanted_index = devices.size();
+  const std::string& wanted = options.device;
+  const bool by_index = !wanted.empty() && std::ranges::all_of(wanted, [](char c) { return c >= '0' && c <= '9'; });
+  if (by_index) std::from_chars(wanted.data(), wanted.data() + wanted.size(), wanted_index);
+  for (std::size_t i = 0; i < devices.size(); ++i) {
+    const DeviceInfo info = describe(devices[i]);
+    const std::string missing = missingFeatures(devices[i]);
+    seen += fmt::format("\n  {}: {} ({}){}", i, info.name, info.kind, missing.empty() ? "" : ", lacks " + missing);
+    if (by_index ? i != wanted_index : info.name.find(wanted) == std::string::npos) continue;
+    if (!missing.empty()) continue;
+    physical_ = devices[i];
+    info_ = info;
+    return;
+  }
+  throw DeviceError(fmt::format("no usable Vulkan device{}; there are:{}",
+                                wanted.empty() ? std::string() : fmt::format(" matches '{}'", wanted),
+                                seen.empty() ? " none" : seen));
+}
+
+void Device::createDevice(const DeviceOptions& options) {
+  info_.ray_query = info_.ray_query && options.allow_ray_query;
+  memory_ = physical_.getMemoryProperties();
+  const auto families = physical_.getQueueFamilyProperties();
+  const auto family = std::ranges::find_if(families, [](const auto& f) {
+    return static_cast<bool>(f.queueFlags & vk::QueueFlagBits::eCompute) && f.timestampValidBits > 0;
+  });
+  if (family == families.end()) throw DeviceError(fmt::format("{}: no compute queue with timestamps", info_.name));
+  queue_family_ = static_cast<std::uint32_t>(family - families.begin());
+  timestamp_mask_ =
+      family->timestampValidBits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << family->timestampValidBits) - 1;
+
+  vk::StructureChain<vk::DeviceCreateInfo, vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
+                     vk::PhysicalDeviceAccelerationStructureFeaturesKHR, vk::PhysicalDeviceRayQueryFeaturesKHR>
+      chain;
+  auto& core = chain.get<vk::PhysicalDeviceFeatures2>().features;
+  core.shaderInt64 = VK_TRUE;
+  auto& v12 = chain.get<vk::PhysicalDeviceVulkan12Features>();
+  v12.storageBuffer8BitAccess = v12.shaderInt8 = v12.bufferDeviceAddress = v12.scalarBlockLayout = v12.hostQueryReset =
+      VK_TRUE;
+  chain.get<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>().accelerationStructure = VK_TRUE;
+  chain.get<vk::PhysicalDeviceRayQueryFeaturesKHR>().rayQuery = VK_TRUE;
+  if (!info_.ray_query) {
+    chain.unlink<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>();
+    chain.unlink<vk::PhysicalDeviceRayQueryFeaturesKHR>();
+  }
+  const float priority = 1;
+  const vk::DeviceQueueCreateInfo queue{
+      .queueFamilyIndex = queue_family_, .queueCount = 1, .pQueuePriorities = &priority};
+  auto& create = chain.get<vk::DeviceCreateInfo>();
+  create.setQueueCreateInfos(queue);
+  if (info_.ray_query) create.setPEnabledExtensionNames(kRayQueryExtensions);
+  device_ = vk::raii::Device(physical_, create);
+  queue_ = device_.getQueue(queue_family_, 0);
+  pool_ = device_.createCommandPool(
+      {.flags = vk::CommandPoolCreateFlagBits::eTransient, .queueFamilyIndex = queue_family_});
+
+  const auto properties = physical_.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceVulkan11Properties,
+                                                   vk::PhysicalDeviceAccelerationStructurePropertiesKHR>();
+  timestamp_period_ns_ = properties.get<vk::PhysicalDeviceProperties2>().properties.limits.timestampPeriod;
+  max_allocation_bytes_ = properties.get<vk::PhysicalDeviceVulkan11Properties>().maxMemoryAllocationSize;
+  const auto& acceleration = properties.get<vk::PhysicalDeviceAccelerationStructurePropertiesKHR>();
+  max_instances_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(acceleration.maxInstanceCount, 0xffffffffu));
+  scratch_alignment_ = std::max(1u, acceleration.minAccelerationStructureScratchOffsetAlignment);
+}
+
+std::uint32_t Device::memoryType(std::uint32_t type_bits, vk::MemoryPropertyFlags required,
+                                 vk::MemoryPropertyFlags preferred) const {
+  for (const vk::MemoryPropertyFlags flags : {required | preferred, required}) {
+    for (std::uint32_t i = 0; i < memory_.memoryTypeCount; ++i) {
+      if ((type_bits >> i & 1u) != 0 && (memory_.memoryTypes[i].propertyFlags & flags) == flags) return i;
+    }
+  }
+  throw DeviceError(fmt::format("{}: no memory type with {}", info_.name, vk::to_string(required)));
+}
+
+void Device::note(const std::string& text) const {
+  if (on_message_) on_message_(text);
+}
+
+vk::raii::CommandBuffer Device::beginCommands() const {
+  auto buffers = device_.allocateCommandBuffers({.commandPool = *pool_, .commandBufferCount = 1});
+  buffers[0].begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
+  return std::move(buffers[0]);
+}
+
+void Device::endAndWait(const vk::raii::CommandBuffer& commands) const {
+  commands.end();
+  const vk::raii::Fence fence = device_.createFence({});
+  queue_.submit(vk::SubmitInfo{}.setCommandBuffers(*commands), *fence);
+  while (device_.waitForFences(*fence, VK_TRUE, 1'000'000'000) == vk::Result::eTimeout) {
+  }
+}
+
+std::vector<DeviceInfo> listDevices() {
+  try {
+    const vk::raii::Context context;
+    const vk::ApplicationInfo application{.pApplicationName = "blockwalk", .apiVersion = VK_API_VERSION_1_2};
+    const vk::raii::Instance instance(context, vk::InstanceCreateInfo{.pApplicationInfo = &application});
+    std::vector<DeviceInfo> infos;
+    for (const auto& device : sortedDevices(instance)) infos.push_back(describe(device));
+    return infos;
+  } catch (const vk::SystemError& error) {
+    throw DeviceError(fmt::format("Vulkan did not start: {}", error.what()));
+  }
+}
+
+}  // namespace blockwalk

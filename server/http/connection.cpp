@@ -1,0 +1,320 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/connection.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <boost/asio/write.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/http/parser.hpp>
+#include <boost/beast/http/read.hpp>
+#include <boost/beast/http/string_body.hpp>
+#include <nlohmann/json.hpp>
+
+#include "protocol/image_codec.h"
+#include "protocol/json_text.h"
+#include "protocol/render_json.h"
+#include "server/http/chunked_body.h"
+#include "server/http/routes.h"
+#include "server/http/wire_stream.h"
+#include "server/render/await_result.h"
+#include "server/stream/session.h"
+
+namespace blockwalk {
+namespace {
+
+namespace beast = boost::beast;
+namespace http = beast::http;
+using boost::system::error_code;
+using Parser = http::request_parser<http::string_body>;
+
+constexpr std::size_t kReadBytes = 4096;
+constexpr std::size_t kSlice = std::size_t{256} << 10;
+constexpr std::chrono::seconds kLingerTime{1};
+
+class Connection {
+ public:
+  Connection(asio::ip::tcp::socket socket, ServerContext& context)
+      : stream_(std::move(socket), context.tls.get()),
+        context_(context),
+        options_(context.state.options),
+        buffer_(static_cast<std::size_t>(options_.header_limit) + (64 << 10)),
+        client_(context.frames.newClient()) {
+    ++context_.state.counters.open_connections;
+  }
+  ~Connection() { --context_.state.counters.open_connections; }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  asio::awaitable<void> serve();
+
+ private:
+  enum class Next { request, close, handed_over };
+
+  asio::awaitable<bool> awaitFirstByte();
+  asio::awaitable<Next> serveRequest();
+  asio::awaitable<error_code> readBody(Parser& parser, HttpRequest& request, std::optional<Problem>& fault);
+  asio::awaitable<error_code> readChunks(HttpRequest& request, std::optional<Problem>& fault);
+  asio::awaitable<HttpReply> answer(HttpRequest& request, std::optional<StreamJob>& stream);
+  asio::awaitable<HttpReply> answerImage(const HttpRequest& request, const ImageJob& job);
+  asio::awaitable<error_code> send(const HttpReply& reply);
+  asio::awaitable<Next> refuse(const HttpReply& reply);
+  asio::awaitable<void> linger();
+  HttpReply parseFault(error_code error, const Parser& parser) const;
+  static std::chrono::seconds seconds(std::int64_t count) { return std::chrono::seconds(count); }
+
+  WireStream stream_;  // moved from once a stream session has it
+  ServerContext& context_;
+  const ServerOptions& options_;
+  beast::flat_buffer buffer_;
+  std::uint64_t client_;
+  bool is_first_ = true;
+};
+
+HttpRequest plainRequest(const Parser& parser) {
+  const auto& message = parser.get();
+  HttpRequest request{.method = std::string(message.method_string()),
+                      .target = std::string(message.target()),
+                      .version = static_cast<int>(message.version()),
+                      .fields = {},
+                      .body = {}};
+  for (const auto& field : message) {
+    request.fields.emplace_back(std::string(field.name_string()), std::string(field.value()));
+  }
+  return request;
+}
+
+// Else the client went away, or its time was up and the stream has closed the socket: nobody is there to be answered.
+bool isFaultOfRequest(error_code error) {
+  if (error == http::error::end_of_stream || error == http::error::partial_message) return false;
+  return error.category() == http::make_error_code(http::error::bad_method).category();
+}
+
+asio::awaitable<void> Connection::serve() {
+  stream_.expires_after(seconds(options_.header_time));
+  if (const error_code error = co_await stream_.handshake()) {
+    spdlog::debug("TLS handshake: {}", error.message());
+    co_return;
+  }
+  // Not `while (next == ... && co_await ...)`: GCC 12 awaits the right side whatever the left one says.
+  Next next = Next::request;
+  while (next == Next::request) {
+    const bool has_more = co_await awaitFirstByte();
+    if (!has_more) break;
+    const BusyLease busy(context_);
+    next = co_await serveRequest();
+  }
+  if (next == Next::handed_over) co_return;
+  stream_.expires_after(kLingerTime);
+  co_await stream_.endSending();
+}
+
+// A new connection must send its whole first header within the header time; later ones may be silent for the idle time.
+asio::awaitable<bool> Connection::awaitFirstByte() {
+  if (buffer_.size() > 0) co_return true;
+  stream_.expires_after(seconds(is_first_ ? options_.header_time : options_.idle_time));
+  error_code error;
+  const std::size_t count = co_await stream_.async_read_some(buffer_.prepare(kReadBytes), keepError(error));
+  buffer_.commit(count);
+  co_return !error;
+}
+
+asio::awaitable<Connection::Next> Connection::serveRequest() {
+  Parser parser;
+  parser.header_limit(static_cast<std::uint32_t>(options_.header_limit));
+  parser.body_limit(static_cast<std::uint64_t>(options_.body_limit));
+  if (!is_first_) stream_.expires_after(seconds(options_.header_time));
+  is_first_ = false;
+  error_code error;
+  co_await http::async_read_header(stream_, buffer_, parser, keepError(error));
+  if (error && !isFaultOfRequest(error)) co_return Next::close;
+  ++context_.state.counters.requests;
+  if (error) co_return co_await refuse(parseFault(error, parser));
+
+  HttpRequest request = plainRequest(parser);
+  const bool close = request.version == 10 || request.hasToken("Connection", "close");
+  if (auto refusal = judgeHead(request, context_.state.rules)) {
+    // A body that was announced is not read, so the connection cannot go on.
+    refusal->close = true;
+    co_return co_await refuse(*refusal);
+  }
+  if (!parser.is_done()) {
+    std::optional<Problem> fault;
+    error = co_await readBody(parser, request, fault);
+    if (fault) {
+      HttpReply reply = problemReply(*fault);
+      reply.close = true;
+      co_return co_await refuse(reply);
+    }
+    if (error && !isFaultOfRequest(error)) co_return Next::close;
+    if (error) co_return co_await refuse(parseFault(error, parser));
+  }
+
+  std::optional<StreamJob> stream;
+  HttpReply reply = co_await answer(request, stream);
+  if (stream && buffer_.size() == 0) {
+    co_await serveStream(std::move(stream_), parser.release(), context_, stream->volume);
+    co_return Next::handed_over;
+  }
+  if (stream) reply = problemReply({.status = 400, .detail = "nothing may follow before the upgrade", .field = {}});
+  reply.close = reply.close || close || context_.state.draining;
+  error = co_await send(reply);
+  if (error || !reply.close) co_return error ? Next::close : Next::request;
+  co_await linger();
+  co_return Next::close;
+}
+
+asio::awaitable<error_code> Connection::readBody(Parser& parser, HttpRequest& request, std::optional<Problem>& fault) {
+  error_code error;
+  stream_.expires_after(seconds(options_.body_time));
+  if (request.count("Expect") > 0 && buffer_.size() == 0) {
+    static constexpr std::string_view kContinue = "HTTP/1.1 100 Continue\r\n\r\n";
+    co_await asio::async_write(stream_, asio::buffer(kContinue), keepError(error));
+    if (error) co_return error;
+  }
+  if (parser.chunked()) co_return co_await readChunks(request, fault);
+  co_await http::async_read(stream_, buffer_, parser, keepError(error));
+  request.body = std::move(parser.get().body());
+  co_return error;
+}
+
+// Not Beast's parser: it waits for more where a line ends in a bare LF, and takes sizes of any number of digits.
+asio::awaitable<error_code> Connection::readChunks(HttpRequest& request, std::optional<Problem>& fault) {
+  ChunkedBody body(static_cast<std::uint64_t>(options_.body_limit));
+  error_code error;
+  while (true) {
+    const auto data = buffer_.cdata();
+    buffer_.consume(body.take({static_cast<const char*>(data.data()), data.size()}));
+    if (body.isDone() || body.fault()) break;
+    const std::size_t count = co_await stream_.async_read_some(buffer_.prepare(kReadBytes), keepError(error));
+    if (error) break;
+    buffer_.commit(count);
+  }
+  fault = body.fault();
+  request.body = std::move(body.text());
+  co_return error;
+}
+
+asio::awaitable<HttpReply> Connection::answer(HttpRequest& request, std::optional<StreamJob>& stream) {
+  std::exception_ptr thrown;
+  try {
+    RouteResult result = routeRequest(request, context_.state);
+    if (auto* job = std::get_if<ImageJob>(&result)) co_return co_await answerImage(request, *job);
+    if (auto* reply = std::get_if<HttpReply>(&result)) co_return std::move(*reply);
+    stream = std::get<StreamJob>(result);
+    co_return HttpReply{};
+  } catch (...) {
+    thrown = std::current_exception();
+  }
+  co_return failureReply(thrown);
+}
+
+class ImageJobLease {
+ public:
+  explicit ImageJobLease(ServerState& state) : state_(state) { ++state_.counters.image_jobs; }
+  ~ImageJobLease() { --state_.counters.image_jobs; }
+  ImageJobLease(const ImageJobLease&) = delete;
+  ImageJobLease& operator=(const ImageJobLease&) = delete;
+
+ private:
+  ServerState& state_;
+};
+
+asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, const ImageJob& job) {
+  ServerState& state = context_.state;
+  if (state.counters.image_jobs >= options_.max_image_jobs || !context_.frames.hasRoom(job.request.view)) {
+    HttpReply reply = problemReply({.status = 429, .detail = "as many images wait as may", .field = {}});
+    reply.fields.emplace_back("Retry-After", "1");
+    co_return reply;
+  }
+  const ImageJobLease lease(state);
+  FrameOrder order{.client = client_,
+                   .volume = job.volume,
+                   .view = job.request.view,
+                   .format = job.request.format,
+                   .quality = job.request.quality,
+                   .count = true,
+                   .cancel = std::make_shared<std::atomic<bool>>(false)};
+  MadeFrame made = co_await context_.frames.make(std::move(order));
+  if (made.cancelled) co_return problemReply({.status = 503, .detail = "the server is ending", .field = {}});
+  HttpReply reply{.status = 200,
+                  .type = std::string(imageMimeType(job.request.format)),
+                  .fields = {},
+                  .body = std::make_shared<const std::vector<std::byte>>(std::move(made.bytes))};
+  reply.room = made.room;
+  reply.omit_body = request.method == "HEAD";
+  reply.fields.emplace_back("ETag", job.etag);
+  reply.fields.emplace_back("Cache-Control", "no-cache");
+  reply.fields.emplace_back("X-Blockwalk-Stats", writeJson(statsJson(made.stats)));
+  if (job.request.format == ImageFormat::raw) {
+    reply.fields.emplace_back("X-Blockwalk-Raw", writeJson(rawJson(job.request.view)));
+  }
+  co_return reply;
+}
+
+// A slow client has the send time for each slice, not for the whole.
+asio::awaitable<error_code> Connection::send(const HttpReply& reply) {
+  ServerCounters& counters = context_.state.counters;
+  if (reply.status >= 500) ++counters.failed_requests;
+  if (reply.status >= 400 && reply.status < 500) ++counters.refused_requests;
+  const std::string head = replyHead(reply);
+  error_code error;
+  stream_.expires_after(seconds(options_.send_time));
+  co_await asio::async_write(stream_, asio::buffer(head), keepError(error));
+  const std::size_t size = reply.body && !reply.omit_body ? reply.body->size() : 0;
+  for (std::size_t sent = 0; sent < size && !error; sent += kSlice) {
+    stream_.expires_after(seconds(options_.send_time));
+    const auto slice = asio::buffer(reply.body->data() + sent, std::min(kSlice, size - sent));
+    co_await asio::async_write(stream_, slice, keepError(error));
+  }
+  counters.sent_bytes += head.size() + size;
+  co_return error;
+}
+
+asio::awaitable<Connection::Next> Connection::refuse(const HttpReply& reply) {
+  const error_code error = co_await send(reply);
+  if (!error) co_await linger();
+  co_return Next::close;
+}
+
+// Closing while the client still sends would make the kernel throw the reply away (RFC 9112, 9.6).
+asio::awaitable<void> Connection::linger() {
+  error_code error;
+  stream_.expires_after(kLingerTime);
+  co_await stream_.endSending();
+  while (!error) {
+    buffer_.clear();
+    co_await stream_.async_read_some(buffer_.prepare(kReadBytes), keepError(error));
+  }
+}
+
+HttpReply Connection::parseFault(error_code error, const Parser& parser) const {
+  Problem problem{.status = 400, .detail = "not an HTTP request: " + error.message(), .field = {}};
+  if (error == http::error::header_limit || error == http::error::buffer_overflow) {
+    const bool in_line = parser.get().target().empty();
+    problem = {.status = in_line ? 414 : 431,
+               .detail = fmt::format("a request's header has at most {} bytes", options_.header_limit),
+               .field = in_line ? "target" : "header"};
+  } else if (error == http::error::body_limit) {
+    problem = {
+        .status = 413, .detail = fmt::format("a body has at most {} bytes", options_.body_limit), .field = "body"};
+  } else if (error == http::error::bad_version) {
+    problem = {.status = 505, .detail = "the versions are HTTP/1.0 and HTTP/1.1", .field = "version"};
+  } else if (error == http::error::bad_content_length) {
+    problem.field = "Content-Length";
+  } else if (error == http::error::bad_transfer_encoding) {
+    problem.field = "Transfer-Encoding";
+  }
+  HttpReply reply = problemReply(problem);
+  reply.close = true;
+  return reply;
+}
+
+}  // namespace
+
+asio::awaitable<void> serveConnection(asio::ip::tcp::socket socket, ServerContext& context) {
+  Connection connection(std::move(socket), context);
+  co_await connection.serve();
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/static_pages.h"
+
+#include <fmt/format.h>
+
+#include <array>
+#include <fstream>
+#include <iterator>
+
+namespace blockwalk {
+namespace {
+
+constexpr std::uintmax_t kMaxBytes = std::uintmax_t{64} << 20;
+
+std::string_view typeOf(const std::filesystem::path& file) {
+  static constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kTypes = {
+      {{".html", "text/html; charset=utf-8"},
+       {".js", "text/javascript; charset=utf-8"},
+       {".mjs", "text/javascript; charset=utf-8"},
+       {".css", "text/css; charset=utf-8"},
+       {".json", "application/json"},
+       {".map", "application/json"},
+       {".svg", "image/svg+xml"},
+       {".png", "image/png"},
+       {".ico", "image/x-icon"},
+       {".woff2", "font/woff2"},
+       {".webmanifest", "application/manifest+json"},
+       {".txt", "text/plain; charset=utf-8"}}};
+  const std::string extension = file.extension().string();
+  for (const auto& [known, type] : kTypes) {
+    if (extension == known) return type;
+  }
+  return "application/octet-stream";
+}
+
+}  // namespace
+
+std::string contentTag(std::string_view content) {
+  std::uint64_t hash = 0xcbf29ce484222325u;
+  for (char c : content) hash = (hash ^ static_cast<unsigned char>(c)) * 0x100000001b3u;
+  return fmt::format("{:016x}", hash);
+}
+
+StaticPages loadStaticPages(const std::filesystem::path& folder) {
+  StaticPages pages;
+  if (!std::filesystem::is_directory(folder)) return pages;
+  std::uintmax_t total = 0;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    total += entry.file_size();
+    if (total > kMaxBytes) failData("web root '{}': more than {} bytes", folder.string(), kMaxBytes);
+    std::ifstream file(entry.path(), std::ios::binary);
+    const std::string content(std::istreambuf_iterator<char>(file), {});
+    if (!file) failData("web root: cannot read '{}'", entry.path().string());
+    const std::string path = fmt::format("/{}", std::filesystem::relative(entry.path(), folder).generic_string());
+    const StaticPage page{.type = std::string(typeOf(entry.path())),
+                          .etag = fmt::format("\"{}\"", contentTag(content)),
+                          .bytes = textBytes(content)};
+    if (path == "/index.html") pages["/"] = page;
+    pages[path] = page;
+  }
+  return pages;
+}
+
+std::filesystem::path defaultWebRoot() {
+  std::error_code error;
+  const auto folder = std::filesystem::read_symlink("/proc/self/exe", error).parent_path();
+  for (const auto& candidate : {folder / "../share/blockwalk/web", folder / "share/blockwalk/web"}) {
+    if (std::filesystem::is_directory(candidate, error)) return candidate.lexically_normal();
+  }
+  return folder / "share/blockwalk/web";
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/wire_stream.h"
+
+#include <boost/asio/bind_executor.hpp>
+#include <boost/asio/ssl/stream.hpp>
+
+namespace blockwalk {
+
+namespace asio = boost::asio;
+using boost::system::error_code;
+
+WireStream::WireStream(asio::ip::tcp::socket socket, asio::ssl::context* tls)
+    : tcp_(std::make_unique<Tcp>(std::move(socket))) {
+  if (tls != nullptr) tls_ = std::make_unique<asio::ssl::stream<Tcp&>>(*tcp_, *tls);
+}
+
+WireStream::WireStream(WireStream&&) noexcept = default;
+WireStream& WireStream::operator=(WireStream&&) noexcept = default;
+WireStream::~WireStream() = default;
+
+asio::awaitable<error_code> WireStream::handshake() {
+  error_code error;
+  if (tls_) co_await tls_->async_handshake(asio::ssl::stream_base::server, keepError(error));
+  co_return error;
+}
+
+asio::awaitable<void> WireStream::endSending() {
+  error_code ignored;  // the client may be gone already
+  if (tls_) co_await tls_->async_shutdown(keepError(ignored));
+  tcp_->socket().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+}
+
+// Everything of a connection runs on the stream's executor. Saying so spares any_completion_handler's own executor, of
+// which Beast asks what it cannot do.
+void WireStream::startReading(const Into& into, Handler handler) {
+  auto done = asio::bind_executor(get_executor(), std::move(handler));
+  if (tls_) {
+    tls_->async_read_some(into, std::move(done));
+  } else {
+    tcp_->async_read_some(into, std::move(done));
+  }
+}
+
+void WireStream::startWriting(const From& from, Handler handler) {
+  auto done = asio::bind_executor(get_executor(), std::move(handler));
+  if (tls_) {
+    tls_->async_write_some(from, std::move(done));
+  } else {
+    tcp_->async_write_some(from, std::move(done));
+  }
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,177 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/file/apron.h"
+
+#include <gtest/gtest.h>
+
+#include <set>
+#include <tuple>
+
+#include "tests/volume/memory_source.h"
+#include "volume/build/builder.h"
+
+namespace blockwalk::volume_test {
+namespace {
+
+struct ApronCase {
+  VoxelType type = VoxelType::u8;
+  glm::ivec3 dims{0};
+  int subblock_side = 8;
+  int block_side = 6;
+  double threshold = 0;
+  std::size_t channels = 1;
+};
+
+class Apron : public testing::TestWithParam<ApronCase> {};
+
+using Voxel = std::array<std::byte, 4>;
+
+// What interpolation reads at any place, from the source alone.
+Voxel fieldVoxel(MemorySource& source, const VolumeInfo& info, glm::ivec3 at, std::size_t channel) {
+  const std::byte* voxel = source.at(glm::clamp(at, glm::ivec3(0), info.dims - 1), channel);
+  Voxel result{};
+  if (!isEmptyDensity(storedDensity(info.type, voxel), info.channels[channel].empty_threshold)) {
+    std::memcpy(result.data(), voxel, voxelBytes(info.type));
+    return result;
+  }
+  const float empty = emptyValue(info.type, info.channels[channel]);
+  const auto narrow = static_cast<std::uint16_t>(info.type == VoxelType::f32 ? 0 : empty);
+  if (info.type == VoxelType::f32) std::memcpy(result.data(), &empty, sizeof empty);
+  if (info.type != VoxelType::f32) std::memcpy(result.data(), &narrow, sizeof narrow);
+  return result;
+}
+
+bool isEmpty(MemorySource& source, const VolumeInfo& info, glm::ivec3 at, std::size_t channel) {
+  const std::byte* voxel = source.at(glm::clamp(at, glm::ivec3(0), info.dims - 1), channel);
+  return isEmptyDensity(storedDensity(info.type, voxel), info.channels[channel].empty_threshold);
+}
+
+bool isEmptyInAll(MemorySource& source, const VolumeInfo& info, glm::ivec3 at) {
+  bool empty = true;
+  for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+    empty = empty && isEmpty(source, info, at, channel);
+  }
+  return empty;
+}
+
+struct Visible {
+  bool any = false;
+  float least = std::numeric_limits<float>::infinity();
+  float largest = -std::numeric_limits<float>::infinity();
+};
+
+// Compares a subblock's voxels with the source; returns what its ring holds.
+Visible checkVoxels(MemorySource& source, const VolumeInfo& info, glm::ivec3 first, std::size_t channel,
+                    const std::byte* voxels) {
+  Visible visible;
+  const int side = info.subblock_side;
+  for (int z = -1; z <= side; ++z) {
+    for (int y = -1; y <= side; ++y) {
+      for (int x = -1; x <= side; ++x, voxels += voxelBytes(info.type)) {
+        const glm::ivec3 at = first + glm::ivec3(x, y, z);
+        const Voxel expected = fieldVoxel(source, info, at, channel);
+        EXPECT_EQ(std::memcmp(voxels, expected.data(), voxelBytes(info.type)), 0) << at.x << ' ' << at.y << ' ' << at.z;
+        const float density = storedDensity(info.type, expected.data());
+        visible.least = std::min(visible.least, density);
+        visible.largest = std::max(visible.largest, density);
+        visible.any = visible.any || !isEmpty(source, info, at, channel);
+      }
+    }
+  }
+  return visible;
+}
+
+std::tuple<int, int, int> key(glm::ivec3 p) { return {p.x, p.y, p.z}; }
+
+using Subblocks = std::set<std::tuple<int, int, int>>;
+
+// Reads every block of one channel and holds it against the source; returns the subblocks that are there.
+Subblocks checkBlocks(MemorySource& source, const VolumeInfo& info, ApronLevel& apron, std::size_t channel) {
+  const int side = info.subblock_side;
+  const auto& cuts = info.channels[channel].bin_cuts;
+  Subblocks present;
+  for (std::size_t b = 0; b < apron.records().blocks.size(); ++b) {
+    const Block& block = apron.records().blocks[b];
+    std::vector<std::byte> voxels(block.subblock_count * apron.subblockBytes());
+    apron.readBlock(b, voxels);
+    std::size_t rank = 0;
+    for (int local = 0; local < info.block_side * info.block_side * info.block_side; ++local) {
+      if ((block.occupancy[static_cast<std::size_t>(local) / 64] >> (local % 64) & 1u) == 0) continue;
+      const glm::ivec3 at(local % info.block_side, local / info.block_side % info.block_side,
+                          local / (info.block_side * info.block_side));
+      const glm::ivec3 first = (block.origin * info.block_side + at) * side;
+      const Visible visible = checkVoxels(source, info, first, channel, voxels.data() + rank * apron.subblockBytes());
+      const Subblock& record = apron.records().subblocks[block.first_subblock + rank];
+      EXPECT_EQ(record.density_min, visible.least);
+      EXPECT_EQ(record.density_max, visible.largest);
+      EXPECT_LE(block.density_min, record.density_min);
+      EXPECT_GE(block.density_max, record.density_max);
+      EXPECT_EQ(record.range_mask != 0, visible.any);
+      for (int bin = rangeMaskBin(cuts, visible.least); visible.any && bin <= rangeMaskBin(cuts, visible.largest);
+           ++bin) {
+        EXPECT_TRUE(record.range_mask >> bin & 1);
+      }
+      EXPECT_EQ(block.range_mask & record.range_mask, record.range_mask);
+      EXPECT_TRUE(visible.any || info.channels.size() > 1);
+      present.insert(key(first / side));
+      ++rank;
+    }
+    EXPECT_EQ(rank, block.subblock_count);
+  }
+  return present;
+}
+
+TEST_P(Apron, HoldsTheRingOfEverySubblockThatInterpolationCanSee) {
+  const ApronCase& c = GetParam();
+  const ScratchFolder folder;
+  MemorySource source = randomSource(c.type, c.dims, 7, false, c.channels);
+  buildVolume(source, folder / "a.bwv",
+              {.subblock_side = c.subblock_side, .block_side = c.block_side, .empty_thresholds = {c.threshold}});
+  const VolumeFile file(folder / "a.bwv");
+  const VolumeInfo& info = file.info();
+  const int side = info.subblock_side;
+  ApronLevel apron(file, 0, 0);
+  const Subblocks present = checkBlocks(source, info, apron, 0);
+  for (std::size_t channel = 1; channel < c.channels; ++channel) {
+    ApronLevel found(file, 0, static_cast<int>(channel));
+    EXPECT_EQ(checkBlocks(source, info, found, channel), present);
+    ApronLevel shared(apron, static_cast<int>(channel));
+    EXPECT_EQ(checkBlocks(source, info, shared, channel), present);
+  }
+  for (int z = 0; z * side < c.dims.z; ++z) {
+    for (int y = 0; y * side < c.dims.y; ++y) {
+      for (int x = 0; x * side < c.dims.x; ++x) {
+        bool any = false;
+        for (int i = 0; i < (side + 2) * (side + 2) * (side + 2) && !any; ++i) {
+          const glm::ivec3 ring(i % (side + 2) - 1, i / (side + 2) % (side + 2) - 1, i / ((side + 2) * (side + 2)) - 1);
+          any = !isEmptyInAll(source, info, glm::ivec3(x, y, z) * side + ring);
+        }
+        EXPECT_EQ(present.contains({x, y, z}), any) << x << ' ' << y << ' ' << z;
+      }
+    }
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Of, Apron,
+    testing::Values(ApronCase{.type = VoxelType::u8, .dims = {57, 41, 33}, .block_side = 2},
+                    ApronCase{.type = VoxelType::u8, .dims = {8, 8, 8}},
+                    ApronCase{.type = VoxelType::u8, .dims = {1, 1, 1}},
+                    ApronCase{.type = VoxelType::u16, .dims = {48, 49, 47}, .threshold = 30000},
+                    ApronCase{.type = VoxelType::rgba8, .dims = {40, 30, 50}, .subblock_side = 4, .block_side = 3},
+                    ApronCase{.type = VoxelType::f32, .dims = {60, 20, 35}, .subblock_side = 16, .block_side = 1},
+                    ApronCase{.type = VoxelType::f32, .dims = {1, 1, 200}, .block_side = 2},
+                    ApronCase{.type = VoxelType::u8, .dims = {57, 41, 33}, .block_side = 2, .channels = 3},
+                    ApronCase{.type = VoxelType::f32, .dims = {40, 30, 35}, .subblock_side = 4, .channels = 2}));
+
+TEST(ApronLevel, OfNothingIsEmpty) {
+  const ScratchFolder folder;
+  MemorySource source(VoxelType::u8, {20, 20, 20});
+  buildVolume(source, folder / "a.bwv", {});
+  const VolumeFile file(folder / "a.bwv");
+  const ApronLevel apron(file, 0, 0);
+  EXPECT_TRUE(apron.records().blocks.empty());
+  EXPECT_EQ(apron.records().info.subblock_count, 0u);
+}
+
+}  // namespace
+}  // namespace blockwalk::volume_test

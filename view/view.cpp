@@ -1,0 +1,225 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "view/view.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <numeric>
+
+namespace blockwalk {
+namespace {
+
+double halfSlope(const View& view) { return std::tan(view.fov_degrees * std::numbers::pi / 360); }
+
+bool isFinite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
+
+// The up vector to frame with; one that cannot be used is refused after framing.
+glm::dvec3 framingUp(const glm::dvec3& up) {
+  const glm::dvec3 across = glm::cross(glm::normalize(glm::dvec3(1, 0.8, 1.2)), up);
+  const double length = glm::length(across);
+  return length > 0 && std::isfinite(length) ? up : glm::dvec3(0, 1, 0);
+}
+
+// Along (1, 0.8, 1.2) from the target, as near as the box still fits the image with a small margin.
+glm::dvec3 framingEye(const View& view, const WorldBox& box, const glm::dvec3& target, const glm::dvec3& up) {
+  const glm::dvec3 forward = -glm::normalize(glm::dvec3(1, 0.8, 1.2));
+  const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
+  const glm::dvec3 image_up = glm::cross(right, forward);
+  const double slope_y = halfSlope(view);
+  const double slope_x = slope_y * view.width / view.height;
+  double distance = 0;
+  for (int corner = 0; corner < 8; ++corner) {
+    const glm::dvec3 side(corner & 1, corner >> 1 & 1, corner >> 2);
+    const glm::dvec3 offset = box.min + side * (box.max - box.min) - target;
+    const double depth = glm::dot(offset, forward);
+    distance = std::max({distance, std::abs(glm::dot(offset, right)) / slope_x - depth,
+                         std::abs(glm::dot(offset, image_up)) / slope_y - depth});
+  }
+  return target - forward * (1.04 * distance);
+}
+
+void checkNumbers(const View& view) {
+  if (view.width < 1 || view.width > kMaxImageSide || view.height < 1 || view.height > kMaxImageSide) {
+    throw ViewError("size", fmt::format("{}x{} is not within 1..{} each way", view.width, view.height, kMaxImageSide));
+  }
+  if (!(view.fov_degrees > 0 && view.fov_degrees < 180)) {
+    throw ViewError("fov", fmt::format("{} is not between 0 and 180 degrees", view.fov_degrees));
+  }
+  if (view.ortho_height && !(*view.ortho_height > 0 && std::isfinite(*view.ortho_height))) {
+    throw ViewError("ortho", fmt::format("{} is not a positive world height", *view.ortho_height));
+  }
+  if (!(view.extinction >= 0 && std::isfinite(view.extinction))) {
+    throw ViewError("extinction", fmt::format("{} is not a finite number of at least 0", view.extinction));
+  }
+  if (!(view.termination >= 0 && view.termination <= 0.5)) {
+    throw ViewError("termination", fmt::format("{} is not within 0..0.5", view.termination));
+  }
+  if (!(view.step >= kMinStep && view.step <= kMaxStep)) {
+    throw ViewError("step", fmt::format("{} is not within {}..{} voxels", view.step, kMinStep, kMaxStep));
+  }
+}
+
+void checkMacrocell(const View& view) {
+  if (view.macrocell != kAutoMacrocell && view.macrocell != 8 && view.macrocell != 16 && view.macrocell != 32) {
+    throw ViewError("macrocell", fmt::format("{} is not 8, 16 or 32 voxels", view.macrocell));
+  }
+}
+
+void resolveCamera(View& view, const VolumeInfo& info) {
+  const WorldBox box = worldBox(info);
+  if (!view.target) view.target = 0.5 * (box.min + box.max);
+  if (!view.up) view.up = glm::dvec3(0, 1, 0);
+  if (!view.eye) view.eye = framingEye(view, box, *view.target, framingUp(*view.up));
+  for (const auto& [value, field] : {std::pair{&view.eye, "eye"}, {&view.target, "target"}, {&view.up, "up"}}) {
+    if (!isFinite(**value)) throw ViewError(field, "is not finite");
+  }
+  const glm::dvec3 toward = *view.target - *view.eye;
+  const double distance = glm::length(toward);
+  if (!(distance > 0) || !std::isfinite(distance))
+    throw ViewError("target", "eye and target are the same point, or too far apart");
+  const double up_length = glm::length(*view.up);
+  if (!(up_length > 0) || !std::isfinite(up_length)) throw ViewError("up", "has no direction");
+  if (glm::length(glm::cross(toward / distance, *view.up / up_length)) < 1e-9) {
+    throw ViewError("up", "is parallel to the line of sight");
+  }
+}
+
+void checkTransfer(const std::vector<TransferPoint>& transfer) {
+  for (std::size_t i = 0; i < transfer.size(); ++i) {
+    const TransferPoint& point = transfer[i];
+    if (!std::isfinite(point.value) || (i > 0 && point.value <= transfer[i - 1].value)) {
+      throw ViewError("tf", fmt::format("point {}: values must be finite and ascend", i));
+    }
+    if (!(point.opacity >= 0 && point.opacity <= 1)) {
+      throw ViewError("tf", fmt::format("point {}: opacity {} is not within 0..1", i, point.opacity));
+    }
+  }
+}
+
+void checkClip(const View& view) {
+  for (int axis = 0; view.clip && axis < 3; ++axis) {
+    const double lo = view.clip->min[axis];
+    const double hi = view.clip->max[axis];
+    if (!(lo <= hi) || !std::isfinite(lo) || !std::isfinite(hi)) {
+      throw ViewError("clip", fmt::format("{}..{} along {} is not a lower and an upper bound", lo, hi, "xyz"[axis]));
+    }
+  }
+  if (view.planes.size() > kMaxPlanes) {
+    throw ViewError("planes", fmt::format("there are {}, at most {} may be", view.planes.size(), kMaxPlanes));
+  }
+  for (std::size_t i = 0; i < view.planes.size(); ++i) {
+    if (!isFinite(view.planes[i].normal) || !std::isfinite(view.planes[i].offset)) {
+      throw ViewError("planes", fmt::format("plane {} is not finite", i));
+    }
+    if (view.planes[i].normal == glm::dvec3(0)) {
+      throw ViewError("planes", fmt::format("plane {} has no direction: its normal is 0", i));
+    }
+  }
+}
+
+void checkOutput(const View& view) {
+  if (view.samples < 1 || view.samples > kMaxSamples) {
+    throw ViewError("samples", fmt::format("{} is not within 1..{}", view.samples, kMaxSamples));
+  }
+  if (view.output == Output::mesh && view.finder == Finder::none) {
+    throw ViewError("output", "mesh: finder none looks in nothing that has edges; use another finder");
+  }
+  if (view.samples > 1 && !isPicture(view.output)) {
+    throw ViewError("samples", fmt::format("{}: only colours are averaged; other outputs take 1", view.samples));
+  }
+  const bool needs_point = view.output == Output::depth || view.output == Output::position;
+  if (needs_point && (view.mode == Mode::mean || view.mode == Mode::blocks)) {
+    throw ViewError("output",
+                    "depth and position are of a point, and this mode shows none: use blend, first-hit, iso or mip");
+  }
+  if (needs_point && view.mode == Mode::mip && view.drawn.size() > 1) {
+    throw ViewError("output",
+                    "depth and position are of a point, and mip of several channels shows several: draw one channel");
+  }
+}
+
+// Which channels are drawn; in the volume's order, so that a view does not depend on how they are listed.
+void resolveDrawn(View& view, const VolumeInfo& info) {
+  const auto count = static_cast<int>(info.channels.size());
+  if (view.drawn.empty()) {
+    view.drawn.resize(info.channels.size());
+    std::iota(view.drawn.begin(), view.drawn.end(), 0);
+  }
+  std::ranges::sort(view.drawn);
+  for (std::size_t i = 0; i < view.drawn.size(); ++i) {
+    if (view.drawn[i] < 0 || view.drawn[i] >= count) {
+      throw ViewError("channels", fmt::format("{} is not within 0..{}", view.drawn[i], count - 1));
+    }
+    if (i > 0 && view.drawn[i] == view.drawn[i - 1]) {
+      throw ViewError("channels", fmt::format("{} is given twice", view.drawn[i]));
+    }
+  }
+}
+
+void resolveChannel(ChannelView& look, const VolumeInfo& info, std::size_t number) {
+  const ChannelInfo& channel = info.channels[number];
+  if (!look.range) {
+    look.range = DensityRange{channel.dataFromStored(channel.density_min), channel.dataFromStored(channel.density_max)};
+  }
+  if (!(look.range->lo <= look.range->hi) || !std::isfinite(look.range->lo) || !std::isfinite(look.range->hi)) {
+    throw ViewError("range", fmt::format("{}:{} is not a lower and an upper bound", look.range->lo, look.range->hi));
+  }
+  if (info.type == VoxelType::rgba8) {
+    if (!look.transfer.empty() || look.transfer_preset != TransferPreset::automatic) {
+      throw ViewError("tf", "this volume has its own colours (rgba8); use extinction");
+    }
+  } else if (look.transfer.empty()) {
+    look.transfer = presetTransfer(look.transfer_preset, info, number);
+  }
+  checkTransfer(look.transfer);
+}
+
+void resolveChannels(View& view, const VolumeInfo& info) {
+  resolveDrawn(view, info);
+  for (std::size_t i = 0; i < info.channels.size(); ++i) resolveChannel(view.channels[i], info, i);
+  for (std::size_t i = info.channels.size(); i < view.channels.size(); ++i) {
+    const auto refuse = [&](const char* field) {
+      throw ViewError(field, fmt::format("is given for channel {}, the volume has {} from 0", i, info.channels.size()));
+    };
+    if (view.channels[i].range) refuse("range");
+    if (!view.channels[i].transfer.empty() || view.channels[i].transfer_preset != TransferPreset::automatic) {
+      refuse("tf");
+    }
+  }
+}
+
+}  // namespace
+
+View resolveView(const View& view, const VolumeInfo& info) {
+  checkNumbers(view);
+  checkMacrocell(view);
+  View resolved = view;
+  resolveCamera(resolved, info);
+  resolveChannels(resolved, info);
+  const DensityRange& range = *resolved.channels[static_cast<std::size_t>(resolved.drawn[0])].range;
+  if (!resolved.iso) resolved.iso = 0.5 * (range.lo + range.hi);
+  if (!std::isfinite(*resolved.iso)) throw ViewError("iso", "is not finite");
+  checkClip(resolved);
+  checkOutput(resolved);
+  const auto levels = static_cast<int>(info.levels.size());
+  if (resolved.level != kAutoLevel && (resolved.level < 0 || resolved.level >= levels)) {
+    throw ViewError("level", fmt::format("{} is not within 0..{}", resolved.level, levels - 1));
+  }
+  return resolved;
+}
+
+Camera makeCamera(const View& resolved) {
+  Camera camera;
+  camera.eye = *resolved.eye;
+  camera.forward = glm::normalize(*resolved.target - *resolved.eye);
+  camera.right = glm::normalize(glm::cross(camera.forward, glm::normalize(*resolved.up)));
+  camera.up = glm::cross(camera.right, camera.forward);
+  camera.orthographic = resolved.ortho_height.has_value();
+  camera.half_height = camera.orthographic ? 0.5 * *resolved.ortho_height : halfSlope(resolved);
+  camera.half_width = camera.half_height * resolved.width / resolved.height;
+  return camera;
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+// A view: the camera, the density range and everything else that one image depends on. Plain data, no Vulkan. What its
+// members mean for a pixel is docs/integration.md.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <optional>
+#include <vector>
+
+#include "volume/error.h"
+#include "volume/volume.h"
+
+namespace blockwalk {
+
+enum class Mode : std::uint8_t { blend, first_hit, blocks, mip, mean, iso };
+enum class Filter : std::uint8_t { nearest, linear };
+enum class TransferShape : std::uint8_t { linear, stepped };
+// How a transfer function is chosen where no points are given (view/transfer_presets.cpp). The CT presets are in
+// Hounsfield units.
+enum class TransferPreset : std::uint8_t {
+  automatic,
+  grey,
+  viridis,
+  cividis,
+  inferno,
+  ct_bone,
+  ct_soft_tissue,
+  angiography
+};
+enum class Classification : std::uint8_t { post, pre_integrated };
+// What a pixel holds; all but color as numbers (Frame::values).
+enum class Output : std::uint8_t { color, depth, position, cost, queries, mesh };
+// Whether a pixel is a colour; of the others it is numbers.
+constexpr bool isPicture(Output output) { return output == Output::color || output == Output::mesh; }
+// What finds the next block along a ray (docs/finders.md). Numbers are the kernel's (shaders/kernel_interface.h).
+enum class Finder : std::uint8_t { automatic, query, grid, clusters, boundary, octree, none };
+
+constexpr int kMaxImageSide = 8192;
+constexpr int kAutoLevel = -1;
+constexpr double kMinStep = 1.0 / 64;  // voxels
+constexpr double kMaxStep = 16;
+constexpr std::size_t kMaxPlanes = 6;
+constexpr int kMaxSamples = 256;
+constexpr int kAutoMacrocell = 0;  // 8, or a subblock's side where that is more
+
+struct DensityRange {
+  double lo = 0;  // data units, inclusive
+  double hi = 0;
+  bool operator==(const DensityRange&) const = default;
+};
+
+// A control point of a transfer function: value in data units, display-referred colour 0..1, opacity over the unit
+// distance.
+struct TransferPoint {
+  double value = 0;
+  glm::dvec3 color{0};
+  double opacity = 0;
+  bool operator==(const TransferPoint&) const = default;
+};
+
+struct ClipBox {
+  glm::dvec3 min{0};  // world
+  glm::dvec3 max{0};
+  bool operator==(const ClipBox&) const = default;
+};
+
+// A world half-space: inside where dot(normal, p) + offset >= 0. The normal may have any length but 0.
+struct ClipPlane {
+  glm::dvec3 normal{0};
+  double offset = 0;
+  bool operator==(const ClipPlane&) const = default;
+};
+
+// How one channel is drawn. What is absent is chosen for the channel by resolveView().
+struct ChannelView {
+  std::optional<DensityRange> range;    // default the channel's non-empty range
+  std::vector<TransferPoint> transfer;  // scalars; empty: what the preset says
+  TransferPreset transfer_preset = TransferPreset::automatic;
+  bool operator==(const ChannelView&) const = default;
+};
+
+// What is absent is chosen for the volume by resolveView().
+struct View {
+  int width = 1024;
+  int height = 768;
+  std::optional<glm::dvec3> eye;       // world
+  std::optional<glm::dvec3> target;    // world; default the volume's centre
+  std::optional<glm::dvec3> up;        // default +y
+  double fov_degrees = 40;             // vertical
+  std::optional<double> ortho_height;  // world; orthographic when present
+  std::vector<int> drawn;              // channels of the volume; empty: all
+  std::array<ChannelView, kMaxChannels> channels;
+  Mode mode = Mode::blend;
+  Filter filter = Filter::nearest;
+  double step = 0.5;  // sample distance of the linear filter, voxels of the level drawn
+  Classification classification = Classification::post;
+  double termination =
+      1.0 / 1024;  // blend: a ray of which less transmittance is left stops; half an 8-bit step at most
+  bool lit = false;
+  std::optional<double> iso;  // data units; mode iso, default the middle of the first drawn channel's range
+  double extinction = 0.2;    // rgba8: per unit distance at density 255
+  TransferShape transfer_shape = TransferShape::linear;
+  std::optional<ClipBox> clip;
+  std::vector<ClipPlane> planes;  // at most kMaxPlanes, beside the clip box
+  int level = kAutoLevel;
+  std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity
+  Finder finder = Finder::automatic;
+  int macrocell = kAutoMacrocell;  // voxels: 8, 16 or 32; finders clusters and boundary
+  bool walk = true;
+  bool cull = true;
+  Output output = Output::color;
+  int samples = 1;  // rays a pixel, 1: through its centre; more: output color
+  bool operator==(const View&) const = default;
+};
+
+// An orthonormal camera in world space. right, up and forward are unit vectors; right-handed: forward = up x right,
+// that is -z looks forward when right is +x and up is +y.
+struct Camera {
+  glm::dvec3 eye{0};
+  glm::dvec3 right{1, 0, 0};
+  glm::dvec3 up{0, 1, 0};
+  glm::dvec3 forward{0, 0, -1};
+  bool orthographic = false;
+  double half_height = 0;  // perspective: tan(fov / 2); orthographic: half the world height
+  double half_width = 0;
+};
+
+// A view that cannot be drawn: `field` is the name of INTERFACE's view member that is to blame.
+struct ViewError : DataError {
+  ViewError(std::string field_name, const std::string& detail) : DataError(detail), field(std::move(field_name)) {}
+  std::string field;
+};
+
+// Fills every absent member from the volume: eye, target, up, iso, the drawn channels, which ascend, and range and
+// transfer of every channel of the volume. Throws ViewError where the view is undefined for this volume: eye = target,
+// up parallel to the view, a channel that is not there, a range inverted, a transfer function for rgba8, a level that
+// is not there, a clip box inverted, a plane without a direction, the depth of a mode that shows no point, several
+// samples of what is no colour.
+View resolveView(const View& view, const VolumeInfo& info);
+
+// The camera of a resolved view.
+Camera makeCamera(const View& resolved);
+
+// The points of a preset for a channel; automatic: from the histogram, transparent below the body of the data, above it
+// a warm ramp or, of several channels, one from dark to full in the channel's colour. The colour maps run over the body
+// of the data. Throws ViewError for a CT preset where the channel's values cannot be Hounsfield units.
+std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info, std::size_t number);
+
+}  // namespace blockwalk

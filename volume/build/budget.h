@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// How a build divides its memory. Tests make the parts tiny to force every path through the disk.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+
+#include "volume/build/builder.h"
+
+namespace blockwalk {
+
+constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{64} << 20;
+
+struct BuildBudget {
+  std::uint64_t slab_bytes = 0;  // slices of a source without random access
+  std::uint64_t sort_bytes = 0;  // records of level 0
+  std::size_t stream_bytes = 0;  // of each temporary stream; there are at most 4 a level
+};
+
+inline BuildBudget budgetOf(std::uint64_t memory_bytes) {
+  return {.slab_bytes = memory_bytes / 3,
+          .sort_bytes = memory_bytes / 8,
+          .stream_bytes = static_cast<std::size_t>(memory_bytes / 512)};
+}
+
+// buildVolume() with another division of the memory.
+BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options,
+                        const BuildBudget& budget);
+
+}  // namespace blockwalk

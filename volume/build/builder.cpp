@@ -1,0 +1,166 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/build/builder.h"
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cmath>
+#include <system_error>
+
+#include "volume/build/budget.h"
+#include "volume/build/levels.h"
+#include "volume/build/scan.h"
+#include "volume/build/write.h"
+#include "volume/error.h"
+#include "volume/file/layout.h"
+#include "volume/plain_text.h"
+
+namespace blockwalk {
+namespace {
+
+void checkChannels(const SourceInfo& source) {
+  const std::size_t count = source.channels.size();
+  if (count < 1 || count > kMaxChannels || (count > 1 && source.type == VoxelType::rgba8)) {
+    failData("{}: {} channels of {}, must be 1..{}, of rgba8 1", source.name, count, voxelTypeName(source.type),
+             kMaxChannels);
+  }
+  for (const SourceChannel& channel : source.channels) {
+    if (!std::isfinite(channel.value_scale) || channel.value_scale <= 0 || !std::isfinite(channel.value_offset)) {
+      failData("{}: value map scale {} offset {}, must be finite and the scale above 0", source.name,
+               channel.value_scale, channel.value_offset);
+    }
+    if (!std::isfinite(static_cast<float>(channel.value_offset / channel.value_scale))) {
+      failData("{}: value offset {} over scale {} is beyond a float", source.name, channel.value_offset,
+               channel.value_scale);
+    }
+    if (plainText(channel.name).size() > kMaxChannelNameBytes) {
+      failData("{}: channel name '{}' has {} bytes, must be at most {}", source.name, channel.name, channel.name.size(),
+               kMaxChannelNameBytes);
+    }
+  }
+  if (count == 1 && !source.channels[0].name.empty()) {
+    failData("{}: channel name '{}': a single channel has no name", source.name, source.channels[0].name);
+  }
+}
+
+void checkSource(const SourceInfo& source) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (source.dims[axis] < 1 || source.dims[axis] > kMaxDim) {
+      failData("{}: {} voxels on axis {}, must be 1..{}", source.name, source.dims[axis], axis, kMaxDim);
+    }
+  }
+  if (voxelBytes(source.type) == 0) failData("{}: unknown voxel type", source.name);
+  checkChannels(source);
+  for (int column = 0; column < 4; ++column) {
+    for (int row = 0; row < 4; ++row) {
+      if (!std::isfinite(source.world_from_index[column][row])) {
+        failData("{}: the map from voxels to the world is not finite", source.name);
+      }
+    }
+  }
+  const double determinant = glm::determinant(glm::dmat3(source.world_from_index));
+  if (!std::isfinite(determinant) || !std::isfinite(1 / determinant)) {
+    failData("{}: the map from voxels to the world has determinant {}, must be finite and not 0", source.name,
+             determinant);
+  }
+  if (plainText(source.name).size() > kMaxSourceNameBytes) {
+    failData("{}: the name has {} bytes, must be at most {}", source.name, source.name.size(), kMaxSourceNameBytes);
+  }
+}
+
+// Blocks, subblocks and strips that are in memory whatever the budget's parts are.
+std::uint64_t fixedBytes(const VolumeInfo& info) {
+  const std::uint64_t side = static_cast<std::uint64_t>(info.subblock_side);
+  const std::uint64_t strip = static_cast<std::uint64_t>(info.dims.x) *
+                              std::min(side, static_cast<std::uint64_t>(info.dims.y)) *
+                              std::min(side, static_cast<std::uint64_t>(info.dims.z)) * voxelBytes(info.type);
+  const std::uint64_t channels = info.channels.size();
+  const auto block_voxels = static_cast<std::uint64_t>(info.blockVoxels());
+  const std::uint64_t block = block_voxels * block_voxels * block_voxels * voxelBytes(info.type);
+  const auto levels = static_cast<std::uint64_t>(levelCount(info.dims, info.blockVoxels()));
+  return channels * (strip + (levels + 1) * block) + (std::uint64_t{4} << 20);
+}
+
+void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
+  if (options.subblock_side != 4 && options.subblock_side != 8 && options.subblock_side != 16) {
+    failData("subblock side is {}, must be 4, 8 or 16", options.subblock_side);
+  }
+  if (options.block_side < 1 || options.block_side > kMaxBlockSide) {
+    failData("block side is {}, must be 1..{}", options.block_side, kMaxBlockSide);
+  }
+  const std::size_t thresholds = options.empty_thresholds.size();
+  if (thresholds > 1 && thresholds != info.channels.size()) {
+    failData("{} empty thresholds are given, must be 1 or {}, one a channel", thresholds, info.channels.size());
+  }
+  for (const double threshold : options.empty_thresholds) {
+    if (!std::isfinite(threshold)) failData("empty threshold is {}, must be finite", threshold);
+  }
+  if (options.memory_bytes < kLeastMemoryBytes) {
+    failData("memory is {} bytes, must be at least {}", options.memory_bytes, kLeastMemoryBytes);
+  }
+  // The streams, the slab and the sort take up to about three fifths.
+  const std::uint64_t least = fixedBytes(info) / 2 * 5;
+  if (options.memory_bytes < least) {
+    failData("{}: memory is {} bytes, must be at least {} for a volume this wide with these sides", info.source_name,
+             options.memory_bytes, least);
+  }
+}
+
+VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options) {
+  VolumeInfo info;
+  info.type = source.type;
+  info.dims = source.dims;
+  info.subblock_side = options.subblock_side;
+  info.block_side = options.block_side;
+  info.world_from_index = source.world_from_index;
+  info.channels.resize(source.channels.size());
+  for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+    info.channels[channel].name = plainText(source.channels[channel].name);
+    info.channels[channel].value_scale = source.channels[channel].value_scale;
+    info.channels[channel].value_offset = source.channels[channel].value_offset;
+  }
+  info.source_name = plainText(source.name);
+  return info;
+}
+
+// Said before hours of reading, not after.
+void checkPath(const std::filesystem::path& path) {
+  if (std::filesystem::is_directory(path)) {
+    throw std::system_error(EISDIR, std::generic_category(), path.string());
+  }
+  const std::filesystem::path folder = folderOf(path);
+  if (!std::filesystem::is_directory(folder)) {
+    throw std::system_error(ENOENT, std::generic_category(), folder.string());
+  }
+}
+
+}  // namespace
+
+BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options) {
+  return buildVolume(source, path, options, budgetOf(options.memory_bytes));
+}
+
+BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options,
+                        const BuildBudget& budget) {
+  checkSource(source.info());
+  VolumeInfo info = describeSource(source.info(), options);
+  checkOptions(options, info);
+  checkPath(path);
+  const std::filesystem::path folder = folderOf(path);
+
+  Scan scan = scanSource(source, info, options, budget, folder);
+  for (std::size_t i = 0; i < info.channels.size(); ++i) {
+    ChannelInfo& channel = info.channels[i];
+    scan.statistics[i].describe(channel, scan.thresholds[i], options.mask_bins);
+    const ConversionReport conversion = source.conversion(i);
+    // A source that converts may have lost the NaN that it counted, and one that does not may not have counted.
+    channel.nonfinite_voxels = std::max(channel.nonfinite_voxels, conversion.nonfinite_voxels);
+    channel.largest_rounding = conversion.largest_rounding;
+  }
+
+  const std::vector<BuiltLevel> levels = buildLevels(scan, info, budget, folder, options);
+  return writeVolume(path, info, levels, scan.spill, options);
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/build/downsample.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstring>
+#include <type_traits>
+
+namespace blockwalk {
+
+Downsampler::Downsampler(VoxelType type, int side, const ChannelInfo& channel)
+    : type_(type), side_(side), threshold_(channel.empty_threshold), empty_value_(emptyValue(type, channel)) {}
+
+void Downsampler::clear(std::span<std::byte> coarse) const {
+  std::array<std::byte, 4> value{};
+  if (type_ == VoxelType::f32) std::memcpy(value.data(), &empty_value_, sizeof(float));
+  const auto narrow = static_cast<std::uint16_t>(type_ == VoxelType::f32 ? 0 : empty_value_);
+  if (type_ != VoxelType::f32 && type_ != VoxelType::rgba8) std::memcpy(value.data(), &narrow, sizeof narrow);
+  const std::size_t bytes = voxelBytes(type_);
+  for (std::size_t i = 0; i < coarse.size(); i += bytes) std::memcpy(coarse.data() + i, value.data(), bytes);
+}
+
+template <typename T>
+T Downsampler::meanScalar(const std::byte* const* children, int count) const {
+  double sum = 0;
+  for (int i = 0; i < count; ++i) {
+    T value{};
+    std::memcpy(&value, children[i], sizeof value);
+    if constexpr (std::is_floating_point_v<T>) {
+      if (!std::isfinite(value)) value = empty_value_;
+    }
+    sum += static_cast<double>(value);
+  }
+  if constexpr (std::is_floating_point_v<T>) return static_cast<T>(sum / count) + T{0};
+  return static_cast<T>(std::floor(sum / count + 0.5));
+}
+
+// Density is the mean, colour the mean weighted by density: the average of premultiplied colours. Empty voxels are
+// never shown and add nothing, whether they are stored or not.
+std::uint32_t Downsampler::meanColor(const std::byte* const* children, int count) const {
+  std::array<unsigned, 3> color{};
+  unsigned density = 0;
+  for (int i = 0; i < count; ++i) {
+    const auto own = std::to_integer<unsigned>(children[i][3]);
+    if (isEmptyDensity(static_cast<float>(own), threshold_)) continue;
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      color[channel] += own * std::to_integer<unsigned>(children[i][channel]);
+    }
+    density += own;
+  }
+  if (density == 0) return 0;
+  const auto n = static_cast<unsigned>(count);
+  std::uint32_t packed = (2 * density + n) / (2 * n) << 24;
+  for (std::size_t channel = 0; channel < 3; ++channel) {
+    packed |= (2 * color[channel] + density) / (2 * density) << (8 * channel);
+  }
+  return packed;
+}
+
+void Downsampler::average(std::span<const std::byte> fine, glm::ivec3 extent, std::span<std::byte> coarse,
+                          glm::ivec3 octant) const {
+  const std::size_t bytes = voxelBytes(type_);
+  const auto at = [this, bytes](int x, int y, int z) {
+    return static_cast<std::size_t>((z * side_ + y) * side_ + x) * bytes;
+  };
+  const glm::ivec3 base = octant * (side_ / 2);
+  for (int z = 0; z < extent.z; z += 2) {
+    for (int y = 0; y < extent.y; y += 2) {
+      for (int x = 0; x < extent.x; x += 2) {
+        std::array<const std::byte*, 8> children{};
+        int count = 0;
+        for (int child = 0; child < 8; ++child) {
+          const glm::ivec3 own(x + (child & 1), y + (child >> 1 & 1), z + (child >> 2));
+          if (own.x < extent.x && own.y < extent.y && own.z < extent.z) {
+            children[static_cast<std::size_t>(count++)] = fine.data() + at(own.x, own.y, own.z);
+          }
+        }
+        std::byte* out = coarse.data() + at(base.x + x / 2, base.y + y / 2, base.z + z / 2);
+        const auto store = [out](auto value) { std::memcpy(out, &value, sizeof value); };
+        switch (type_) {
+          case VoxelType::u8:
+            store(meanScalar<std::uint8_t>(children.data(), count));
+            break;
+          case VoxelType::u16:
+            store(meanScalar<std::uint16_t>(children.data(), count));
+            break;
+          case VoxelType::f32:
+            store(meanScalar<float>(children.data(), count));
+            break;
+          case VoxelType::rgba8:
+            store(meanColor(children.data(), count));
+            break;
+        }
+      }
+    }
+  }
+}
+
+}  // namespace blockwalk

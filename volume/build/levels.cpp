@@ -1,0 +1,300 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/build/levels.h"
+
+#include <algorithm>
+#include <cstring>
+
+#include "volume/error.h"
+#include "volume/file/layout.h"
+
+namespace blockwalk {
+namespace {
+
+int gatherBits(std::uint64_t code) {
+  int value = 0;
+  for (int bit = 0; bit < 21; ++bit) value |= static_cast<int>(code >> (3 * bit) & 1) << bit;
+  return value;
+}
+
+glm::ivec3 mortonPosition(std::uint64_t code) {
+  return {gatherBits(code), gatherBits(code >> 1), gatherBits(code >> 2)};
+}
+
+// One channel of a subblock with the same `voxel` everywhere; zeros outside the level.
+void fillConstant(std::span<std::byte> out, std::span<const std::byte> voxel, glm::ivec3 extent, int side) {
+  std::ranges::fill(out, std::byte{0});
+  for (int z = 0; z < extent.z; ++z) {
+    for (int y = 0; y < extent.y; ++y) {
+      for (int x = 0; x < extent.x; ++x) {
+        std::memcpy(out.data() + static_cast<std::size_t>((z * side + y) * side + x) * voxel.size(), voxel.data(),
+                    voxel.size());
+      }
+    }
+  }
+}
+
+// Zeros what lies outside `extent`.
+void clearOutside(std::span<std::byte> subblock, std::size_t voxel_bytes, glm::ivec3 extent, int side) {
+  for (int z = 0; z < side; ++z) {
+    for (int y = 0; y < side; ++y) {
+      const int inside = z < extent.z && y < extent.y ? extent.x : 0;
+      const auto row = static_cast<std::size_t>((z * side + y) * side + inside) * voxel_bytes;
+      std::memset(subblock.data() + row, 0, static_cast<std::size_t>(side - inside) * voxel_bytes);
+    }
+  }
+}
+
+// Adds a stored subblock to its block's range.
+void include(Block& block, const Subblock& subblock) {
+  if (subblock.range_mask == 0) return;
+  const bool first = block.range_mask == 0;
+  block.density_min = first ? subblock.density_min : std::min(block.density_min, subblock.density_min);
+  block.density_max = first ? subblock.density_max : std::max(block.density_max, subblock.density_max);
+  block.range_mask |= subblock.range_mask;
+}
+
+}  // namespace
+
+LevelBuilder::LevelBuilder(VolumeInfo& info, TempBytes& spill, const BuildBudget& budget,
+                           const std::filesystem::path& folder)
+    : info_(info),
+      spill_(spill),
+      channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)),
+      subblock_bytes_(channel_bytes_ * info.channels.size()) {
+  for (const ChannelInfo& channel : info.channels) {
+    summaries_.emplace_back(info.type, info.subblock_side, channel);
+    downsamplers_.emplace_back(info.type, info.subblock_side, channel);
+  }
+  const int count = levelCount(info.dims, info.blockVoxels());
+  const auto stream = [&] { return TempBytes(folder, budget.stream_bytes / info.channels.size()); };
+  for (int i = 0; i < count; ++i) {
+    levels_.push_back({.info = {}, .slots = stream(), .channels = {}});
+    levels_.back().info.dims = levelDims(info.dims, i);
+    for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+      levels_.back().channels.push_back({.blocks = stream(), .subblocks = stream(), .voxels = stream()});
+    }
+  }
+  pending_.resize(levels_.size());
+}
+
+glm::ivec3 LevelBuilder::localPosition(int local) const {
+  return {local % info_.block_side, local / info_.block_side % info_.block_side,
+          local / info_.block_side / info_.block_side};
+}
+
+bool LevelBuilder::summarise(std::size_t level, const Candidate& candidate, glm::ivec3 extent, Subblocks& subblocks) {
+  bool any = false;
+  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    const std::span<const std::byte> voxels = channelOf(candidate.voxels, channel);
+    subblocks[channel] = level == 0 ? summaries_[channel].summariseAndCount(voxels, extent, info_.channels[channel])
+                                    : summaries_[channel].summarise(voxels, extent);
+    any = any || subblocks[channel].range_mask != 0;
+  }
+  return any;
+}
+
+void LevelBuilder::push(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates) {
+  BuiltLevel& built = levels_[level];
+  Block shape;  // what the block is in every channel
+  shape.origin = origin;
+  std::array<Block, kMaxChannels> ranges;
+  Subblocks subblocks;
+  for (const Candidate& candidate : candidates) {
+    const glm::ivec3 position = origin * info_.block_side + localPosition(candidate.local);
+    const glm::ivec3 extent = insideExtent(position * info_.subblock_side, built.info.dims, info_.subblock_side);
+    if (!summarise(level, candidate, extent, subblocks)) continue;
+    shape.occupancy[candidate.local / 64] |= std::uint64_t{1} << (candidate.local % 64);
+    ++shape.subblock_count;
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      include(ranges[channel], subblocks[channel]);
+      record_.clear();
+      appendSubblockRecord(record_, info_, subblocks[channel]);
+      built.channels[channel].subblocks.append(record_);
+    }
+    appendContent(level, candidate);
+    if (level + 1 < levels_.size()) averageInto(level + 1, position, extent, candidate.voxels);
+  }
+  if (shape.subblock_count == 0) return;
+  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    Block block = shape;
+    include(block, {.density_min = ranges[channel].density_min,
+                    .density_max = ranges[channel].density_max,
+                    .range_mask = ranges[channel].range_mask});
+    record_.clear();
+    appendBlockRecord(record_, info_, block);
+    built.channels[channel].blocks.append(record_);
+  }
+  built.info.subblock_count += shape.subblock_count;
+  if (++built.info.block_count == kNoBlock) {
+    failData("{}: level {} has more than {} blocks; take a larger block or subblock side", info_.source_name, level,
+             kNoBlock - 1);
+  }
+}
+
+void LevelBuilder::appendContent(std::size_t level, const Candidate& candidate) {
+  if (level > 0) {
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      levels_[level].channels[channel].voxels.append(channelOf(candidate.voxels, channel));
+    }
+    return;
+  }
+  std::uint64_t slot = candidate.slot;
+  if ((slot & kConstantSlot) != 0) {
+    slot = spill_.size() / subblock_bytes_;
+    spill_.append(candidate.voxels);
+  }
+  levels_[0].slots.append(std::as_bytes(std::span(&slot, 1)));
+}
+
+void LevelBuilder::averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent,
+                               std::span<const std::byte> voxels) {
+  const glm::ivec3 coarse = subblock / 2;
+  const glm::ivec3 origin = coarse / info_.block_side;
+  if (pending_[level].any && pending_[level].origin != origin) finishPending(level);
+  Pending& pending = pending_[level];
+  pending.any = true;
+  pending.origin = origin;
+  const glm::ivec3 at = coarse - origin * info_.block_side;
+  const auto local = static_cast<std::size_t>(at.x + info_.block_side * (at.y + info_.block_side * at.z));
+  const auto per_block = static_cast<std::size_t>(info_.block_side * info_.block_side * info_.block_side);
+  pending.voxels.resize(per_block * subblock_bytes_);
+  const std::span<std::byte> target = std::span(pending.voxels).subspan(local * subblock_bytes_, subblock_bytes_);
+  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    const std::span<std::byte> part = channelOf(target, channel);
+    if (!pending.touched[local]) downsamplers_[channel].clear(part);
+    downsamplers_[channel].average(channelOf(voxels, channel), extent, part, subblock - coarse * 2);
+  }
+  pending.touched[local] = true;
+}
+
+void LevelBuilder::finishPending(std::size_t level) {
+  Pending& pending = pending_[level];
+  if (!pending.any) return;
+  std::vector<Candidate> candidates;
+  for (std::size_t local = 0; local < pending.touched.size(); ++local) {
+    if (!pending.touched[local]) continue;
+    const std::span<std::byte> voxels = std::span(pending.voxels).subspan(local * subblock_bytes_, subblock_bytes_);
+    const glm::ivec3 position = pending.origin * info_.block_side + localPosition(static_cast<int>(local));
+    const glm::ivec3 extent =
+        insideExtent(position * info_.subblock_side, levels_[level].info.dims, info_.subblock_side);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      clearOutside(channelOf(voxels, channel), voxelBytes(info_.type), extent, info_.subblock_side);
+    }
+    candidates.push_back({.local = static_cast<std::uint8_t>(local), .slot = 0, .voxels = voxels});
+  }
+  push(level, pending.origin, candidates);
+  pending.any = false;
+  pending.touched.fill(false);
+}
+
+std::vector<BuiltLevel> LevelBuilder::finish() {
+  for (std::size_t level = 1; level < levels_.size(); ++level) finishPending(level);
+  info_.levels.clear();
+  for (BuiltLevel& built : levels_) {
+    built.info.voxel_bytes = built.info.subblock_count * channel_bytes_;
+    info_.levels.push_back(built.info);
+  }
+  return std::move(levels_);
+}
+
+void loadSlots(const TempBytes& spill, std::span<const std::uint64_t> slots, const SlotPart& part,
+               std::span<std::byte> out) {
+  BLOCKWALK_CHECK(out.size(), ==, slots.size() * part.bytes);
+  const bool whole = part.bytes == part.slot_bytes;
+  for (std::size_t begin = 0; begin < slots.size();) {
+    std::size_t end = begin + 1;
+    while (whole && end < slots.size() && slots[end] == slots[end - 1] + 1) ++end;
+    spill.read(slots[begin] * part.slot_bytes + part.offset,
+               out.subspan(begin * part.bytes, (end - begin) * part.bytes));
+    begin = end;
+  }
+}
+
+namespace {
+
+// The voxels of one block's candidates, in memory until the next block.
+class CandidateLoader {
+ public:
+  CandidateLoader(const Scan& scan, const VolumeInfo& info)
+      : scan_(scan),
+        info_(info),
+        channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)),
+        subblock_bytes_(channel_bytes_ * info.channels.size()),
+        constant_(voxelBytes(info.type) * info.channels.size()) {}
+
+  // Sets `voxels` of every candidate of the block at `origin`.
+  void load(glm::ivec3 origin, std::span<LevelBuilder::Candidate> candidates) {
+    slots_.clear();
+    for (const LevelBuilder::Candidate& candidate : candidates) {
+      if ((candidate.slot & kConstantSlot) == 0) slots_.push_back(candidate.slot);
+    }
+    loaded_.resize(slots_.size() * subblock_bytes_);
+    filled_.resize((candidates.size() - slots_.size()) * subblock_bytes_);
+    loadSlots(scan_.spill, slots_, {.slot_bytes = subblock_bytes_, .offset = 0, .bytes = subblock_bytes_}, loaded_);
+    std::size_t next_loaded = 0;
+    std::size_t next_filled = 0;
+    for (LevelBuilder::Candidate& candidate : candidates) {
+      if ((candidate.slot & kConstantSlot) == 0) {
+        candidate.voxels = std::span(loaded_).subspan(next_loaded++ * subblock_bytes_, subblock_bytes_);
+        continue;
+      }
+      const std::span<std::byte> out = std::span(filled_).subspan(next_filled++ * subblock_bytes_, subblock_bytes_);
+      fill(origin, candidate, out);
+      candidate.voxels = out;
+    }
+  }
+
+ private:
+  void fill(glm::ivec3 origin, const LevelBuilder::Candidate& candidate, std::span<std::byte> out) {
+    const int local = candidate.local;
+    const int side = info_.block_side;
+    const glm::ivec3 position = origin * side + glm::ivec3(local % side, local / side % side, local / side / side);
+    const glm::ivec3 extent = insideExtent(position * info_.subblock_side, info_.dims, info_.subblock_side);
+    scan_.constants.read((candidate.slot & ~kConstantSlot) * constant_.size(), constant_);
+    const std::size_t voxel_bytes = voxelBytes(info_.type);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      fillConstant(out.subspan(channel * channel_bytes_, channel_bytes_),
+                   std::span(constant_).subspan(channel * voxel_bytes, voxel_bytes), extent, info_.subblock_side);
+    }
+  }
+
+  const Scan& scan_;
+  const VolumeInfo& info_;
+  std::size_t channel_bytes_;
+  std::size_t subblock_bytes_;
+  std::vector<std::byte> constant_;
+  std::vector<std::uint64_t> slots_;
+  std::vector<std::byte> loaded_;
+  std::vector<std::byte> filled_;
+};
+
+}  // namespace
+
+std::vector<BuiltLevel> buildLevels(Scan& scan, VolumeInfo& info, const BuildBudget& budget,
+                                    const std::filesystem::path& folder, const BuildOptions& options) {
+  LevelBuilder builder(info, scan.spill, budget, folder);
+  CandidateLoader loader(scan, info);
+  std::vector<LevelBuilder::Candidate> candidates;
+  std::uint64_t code = 0;
+  const auto flush = [&] {
+    const glm::ivec3 origin = mortonPosition(code);
+    loader.load(origin, candidates);
+    builder.add(origin, candidates);
+    candidates.clear();
+  };
+
+  SubblockRecord record;
+  std::uint64_t done = 0;
+  while (scan.records.next(record)) {
+    if (!candidates.empty() && record.key >> 8 != code) flush();
+    code = record.key >> 8;
+    candidates.push_back({.local = static_cast<std::uint8_t>(record.key & 0xff), .slot = record.slot, .voxels = {}});
+    if (options.progress && (++done % 4096 == 0 || done == scan.records.count())) {
+      options.progress("build levels", done, scan.records.count());
+    }
+  }
+  if (!candidates.empty()) flush();
+  return builder.finish();
+}
+
+}  // namespace blockwalk

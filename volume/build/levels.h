@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// The second pass: records and coarser levels, built together from level 0's blocks in one walk along the Morton curve.
+//
+// The eight children of a coarse block follow each other on the curve, so a level holds one unfinished block at a time:
+// it is finished when a child of another block arrives, and is then itself the next child of the level above.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "volume/build/budget.h"
+#include "volume/build/downsample.h"
+#include "volume/build/scan.h"
+#include "volume/build/storage.h"
+#include "volume/build/summary.h"
+
+namespace blockwalk {
+
+// One channel of a finished level, as the file will hold it.
+struct BuiltChannel {
+  TempBytes blocks;     // block records
+  TempBytes subblocks;  // subblock records
+  TempBytes voxels;     // of coarser levels
+};
+
+struct BuiltLevel {
+  LevelInfo info;
+  TempBytes slots;  // of level 0: a u64 a subblock, where the spill has its voxels
+  std::vector<BuiltChannel> channels;
+};
+
+class LevelBuilder {
+ public:
+  // `info` is complete but for the levels and the channels' histogram and nonempty_voxels, which this fills. Both
+  // outlive the builder.
+  LevelBuilder(VolumeInfo& info, TempBytes& spill, const BuildBudget& budget, const std::filesystem::path& folder);
+
+  struct Candidate {
+    std::uint8_t local = 0;
+    std::uint64_t slot = 0;             // level 0
+    std::span<const std::byte> voxels;  // channel after channel
+  };
+  // The candidates of one block of level 0, in ascending order of `local`; blocks in Morton order. Those without a
+  // non-empty voxel in any channel are dropped.
+  void add(glm::ivec3 origin, std::span<const Candidate> candidates) { push(0, origin, candidates); }
+  // Finishes all levels and sets info.levels.
+  std::vector<BuiltLevel> finish();
+
+ private:
+  struct Pending {
+    bool any = false;
+    glm::ivec3 origin{0};
+    std::array<bool, kMaxBlockSide * kMaxBlockSide * kMaxBlockSide> touched{};
+    std::vector<std::byte> voxels;  // block_side^3 subblocks, each channel after channel
+  };
+  using Subblocks = std::array<Subblock, kMaxChannels>;
+  // Of every channel; false when all of them are empty.
+  bool summarise(std::size_t level, const Candidate& candidate, glm::ivec3 extent, Subblocks& subblocks);
+  template <typename Bytes>
+  Bytes channelOf(Bytes subblock, std::size_t channel) const {
+    return subblock.subspan(channel * channel_bytes_, channel_bytes_);
+  }
+  void push(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates);
+  void appendContent(std::size_t level, const Candidate& candidate);
+  void averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent, std::span<const std::byte> voxels);
+  void finishPending(std::size_t level);
+  glm::ivec3 localPosition(int local) const;
+
+  VolumeInfo& info_;
+  TempBytes& spill_;
+  std::vector<SubblockSummary> summaries_;  // by channel
+  std::vector<Downsampler> downsamplers_;   // by channel
+  std::size_t channel_bytes_;               // of a subblock in one channel
+  std::size_t subblock_bytes_;              // in all
+  std::vector<BuiltLevel> levels_;
+  std::vector<Pending> pending_;  // [0] is not used
+  std::vector<std::byte> record_;
+};
+
+// Feeds the scan's records to a LevelBuilder, block by block.
+std::vector<BuiltLevel> buildLevels(Scan& scan, VolumeInfo& info, const BuildBudget& budget,
+                                    const std::filesystem::path& folder, const BuildOptions& options);
+
+// Where in a slot of the spill to read: `bytes` from `offset` on, of the `slot_bytes` that a slot has.
+struct SlotPart {
+  std::size_t slot_bytes = 0;
+  std::size_t offset = 0;
+  std::size_t bytes = 0;
+};
+
+// Reads that part of each slot, one after the other into `out`; whole slots that are neighbours are read at once.
+void loadSlots(const TempBytes& spill, std::span<const std::uint64_t> slots, const SlotPart& part,
+               std::span<std::byte> out);
+
+}  // namespace blockwalk

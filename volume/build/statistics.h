@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the first pass learns of the densities, and what follows from it: the empty threshold, the range, the mask bins.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "volume/build/builder.h"
+#include "volume/volume.h"
+
+namespace blockwalk {
+
+// A channel's empty threshold in stored units where the options or the type decide it before any voxel is read: stated
+// by the options, or 0 data units because the stored type has no negative values.
+std::optional<float> thresholdBeforeReading(const SourceInfo& source, std::size_t channel, const BuildOptions& options);
+
+// Of one channel.
+class DensityStatistics {
+ public:
+  // `reference`: the threshold that is known, else the stored value of 0 data units.
+  DensityStatistics(VoxelType type, float reference);
+
+  void add(std::span<const std::byte> voxels);
+  std::uint64_t nonfiniteVoxels() const { return nonfinite_; }
+
+  // Fills empty_threshold, density_min, density_max, bin_cuts, histogram_lo, histogram_hi, nonfinite_voxels.
+  void describe(ChannelInfo& channel, std::optional<float> threshold, MaskBins bins) const;
+
+ private:
+  void addFloats(std::span<const std::byte> voxels);
+  void findRange(ChannelInfo& channel, std::optional<float> threshold) const;
+  std::array<float, kRangeMaskBins - 1> quantileCuts(float threshold, float density_max) const;
+
+  VoxelType type_;
+  float reference_;
+  std::uint64_t nonfinite_ = 0;
+  // Voxels by densityKey(): exact for integers, the sign, exponent and 7 bits of a float.
+  std::vector<std::uint64_t> counts_;
+  // f32 only: the least finite density, the least above that, the least above the reference, the greatest.
+  float least_;
+  float second_;
+  float above_reference_;
+  float greatest_;
+};
+
+// A 16-bit key that ascends with the density, and the least density that has a key.
+std::uint16_t densityKey(VoxelType type, float density);
+float densityOfKey(VoxelType type, std::uint16_t key);
+
+}  // namespace blockwalk

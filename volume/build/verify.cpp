@@ -1,0 +1,188 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cstring>
+#include <optional>
+#include <vector>
+
+#include "volume/build/builder.h"
+#include "volume/build/strips.h"
+#include "volume/error.h"
+#include "volume/file/file.h"
+
+namespace blockwalk {
+namespace {
+
+constexpr std::uint64_t kSlabBytes = std::uint64_t{256} << 20;
+
+// Stored subblocks before local index `local`.
+int rankOf(const Block& block, int local) {
+  int rank = 0;
+  for (int word = 0; word < 4; ++word) {
+    const int bits = std::clamp(local - 64 * word, 0, 64);
+    const std::uint64_t below = bits == 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << bits) - 1;
+    rank += std::popcount(block.occupancy[static_cast<std::size_t>(word)] & below);
+  }
+  return rank;
+}
+
+bool isStored(const Block& block, int local) {
+  return (block.occupancy[static_cast<std::size_t>(local / 64)] >> (local % 64) & 1) != 0;
+}
+
+// Compares strips with level 0 of a file. Holds one layer of subblocks of one row of blocks, which serves block_side
+// strips, so that a block is read block_side times in all.
+class StripComparer {
+ public:
+  explicit StripComparer(const VolumeFile& file)
+      : file_(file),
+        info_(file.info()),
+        level_(file.readLevel(0, 0)),
+        voxel_bytes_(voxelBytes(info_.type)),
+        subblock_bytes_(static_cast<std::size_t>(info_.subblockVoxels()) * voxel_bytes_) {
+    // Their structure is channel 0's; the reader refuses any other.
+    for (std::size_t channel = 1; channel < info_.channels.size(); ++channel) {
+      file.readLevel(0, static_cast<int>(channel));
+    }
+    for (const Block& block : level_.blocks) codes_.push_back(mortonCode(glm::uvec3(block.origin)));
+    layers_.resize(static_cast<std::size_t>((info_.dims.x + info_.blockVoxels() - 1) / info_.blockVoxels()));
+  }
+
+  void compare(const Strip& strip, int y, int z) {
+    if (z != layer_z_ || y / info_.block_side != layer_block_y_) loadLayer(y / info_.block_side, z);
+    for (int x = 0; x * info_.subblock_side < strip.extent.x; ++x) {
+      for (std::size_t channel = 0; channel < strip.channels; ++channel) compareSubblock(strip, channel, {x, y, z});
+    }
+  }
+
+ private:
+  struct Layer {
+    const Block* block = nullptr;
+    int first_rank = 0;
+    std::array<std::vector<std::byte>, kMaxChannels> voxels;  // by channel
+  };
+
+  void loadLayer(int block_y, int z) {
+    layer_z_ = z;
+    layer_block_y_ = block_y;
+    const int side = info_.block_side;
+    for (std::size_t x = 0; x < layers_.size(); ++x) {
+      Layer& layer = layers_[x];
+      const glm::uvec3 origin(static_cast<unsigned>(x), static_cast<unsigned>(block_y),
+                              static_cast<unsigned>(z / side));
+      const auto found = std::ranges::lower_bound(codes_, mortonCode(origin));
+      const bool there = found != codes_.end() && *found == mortonCode(origin);
+      layer.block = there ? &level_.blocks[static_cast<std::size_t>(found - codes_.begin())] : nullptr;
+      if (!there) continue;
+      layer.first_rank = rankOf(*layer.block, z % side * side * side);
+      const int count = rankOf(*layer.block, (z % side + 1) * side * side) - layer.first_rank;
+      for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+        layer.voxels[channel].resize(static_cast<std::size_t>(count) * subblock_bytes_);
+        file_.readVoxels(0, static_cast<int>(channel),
+                         layer.block->first_subblock + static_cast<std::uint64_t>(layer.first_rank),
+                         static_cast<std::uint64_t>(count), layer.voxels[channel]);
+      }
+    }
+  }
+
+  // The stored voxels of a subblock in one channel, nullptr where it is not stored.
+  const std::byte* storedVoxels(glm::ivec3 subblock, std::size_t channel) const {
+    const int side = info_.block_side;
+    const Layer& layer = layers_[static_cast<std::size_t>(subblock.x / side)];
+    const int local = subblock.x % side + side * (subblock.y % side + side * (subblock.z % side));
+    if (layer.block == nullptr || !isStored(*layer.block, local)) return nullptr;
+    const int rank = rankOf(*layer.block, local) - layer.first_rank;
+    return layer.voxels[channel].data() + static_cast<std::size_t>(rank) * subblock_bytes_;
+  }
+
+  void compareSubblock(const Strip& strip, std::size_t channel, glm::ivec3 subblock) const {
+    const std::byte* stored = storedVoxels(subblock, channel);
+    const int side = info_.subblock_side;
+    const int x = subblock.x * side;
+    const int count = std::min(side, strip.extent.x - x);
+    for (int z = 0; z < strip.extent.z; ++z) {
+      for (int y = 0; y < strip.extent.y; ++y) {
+        const auto row =
+            static_cast<std::size_t>(z) * static_cast<std::size_t>(strip.extent.y) + static_cast<std::size_t>(y);
+        const std::size_t at = row * static_cast<std::size_t>(strip.extent.x) + static_cast<std::size_t>(x);
+        const std::byte* source = strip.channel(channel).data() + at * voxel_bytes_;
+        const std::byte* own =
+            stored == nullptr ? nullptr : stored + static_cast<std::size_t>((z * side + y) * side) * voxel_bytes_;
+        const int differs =
+            own == nullptr ? firstNonEmpty(source, channel, count) : firstDifference(source, own, count);
+        if (differs < count) fail(subblock * side + glm::ivec3(differs, y, z), channel, own != nullptr);
+      }
+    }
+  }
+
+  int firstNonEmpty(const std::byte* row, std::size_t channel, int count) const {
+    const float threshold = info_.channels[channel].empty_threshold;
+    int i = 0;
+    while (i < count &&
+           isEmptyDensity(storedDensity(info_.type, row + static_cast<std::size_t>(i) * voxel_bytes_), threshold)) {
+      ++i;
+    }
+    return i;
+  }
+
+  int firstDifference(const std::byte* row, const std::byte* own, int count) const {
+    if (std::memcmp(row, own, static_cast<std::size_t>(count) * voxel_bytes_) == 0) return count;
+    int i = 0;
+    while (std::memcmp(row + static_cast<std::size_t>(i) * voxel_bytes_,
+                       own + static_cast<std::size_t>(i) * voxel_bytes_, voxel_bytes_) == 0) {
+      ++i;
+    }
+    return i;
+  }
+
+  [[noreturn]] void fail(glm::ivec3 voxel, std::size_t channel, bool stored) const {
+    failData("{}: voxel {},{},{}{} {}", file_.path().string(), voxel.x, voxel.y, voxel.z,
+             info_.channels.size() > 1 ? fmt::format(" of channel {}", channel) : "",
+             stored ? "differs from the source" : "is not stored, but is not empty in the source");
+  }
+
+  const VolumeFile& file_;
+  const VolumeInfo& info_;
+  Level level_;
+  std::vector<std::uint64_t> codes_;
+  std::size_t voxel_bytes_;
+  std::size_t subblock_bytes_;
+  std::vector<Layer> layers_;  // by x
+  int layer_z_ = -1;
+  int layer_block_y_ = -1;
+};
+
+}  // namespace
+
+std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
+                           const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress) {
+  const VolumeFile file(path);
+  const VolumeInfo& info = file.info();
+  const SourceInfo& wanted = source.info();
+  if (info.type != wanted.type || info.dims != wanted.dims) {
+    failData("{}: {}x{}x{} {}, but {} is {}x{}x{} {}", path.string(), info.dims.x, info.dims.y, info.dims.z,
+             voxelTypeName(info.type), wanted.name, wanted.dims.x, wanted.dims.y, wanted.dims.z,
+             voxelTypeName(wanted.type));
+  }
+  if (info.channels.size() != wanted.channels.size()) {
+    failData("{}: {} channels, but {} has {}", path.string(), info.channels.size(), wanted.name,
+             wanted.channels.size());
+  }
+  StripComparer comparer(file);
+  StripReader strips(source, info.subblock_side, kSlabBytes, folderOf(path));
+  const glm::ivec3 count = strips.strips();
+  const auto total = static_cast<std::uint64_t>(info.dims.y) * static_cast<std::uint64_t>(info.dims.z);
+  std::uint64_t rows = 0;
+  for (int z = 0; z < count.z; ++z) {
+    for (int y = 0; y < count.y; ++y) {
+      const Strip strip = strips.read(z, y);
+      comparer.compare(strip, y, z);
+      rows += static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z);
+      if (progress) progress("verify", rows, total);
+    }
+  }
+  return rows * static_cast<std::uint64_t>(info.dims.x);
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,18 @@
+// SPDX-License-Identifier: Apache-2.0
+// The last pass: everything is known, and the file is written from its front to its end, the header last.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <vector>
+
+#include "volume/build/builder.h"
+#include "volume/build/levels.h"
+
+namespace blockwalk {
+
+// Writes the file and gives it its name. `info` is complete.
+BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info,
+                        const std::vector<BuiltLevel>& levels, const TempBytes& spill, const BuildOptions& options);
+
+}  // namespace blockwalk

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/demo/demo.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "volume/demo/model.h"
+#include "volume/error.h"
+#include "volume/volume.h"
+
+namespace blockwalk {
+namespace {
+
+using MakeModel = std::unique_ptr<DemoModel> (*)(int size);
+
+constexpr std::array<std::string_view, 7> kNames = {"fossil", "rock", "chip", "vessels", "cells", "smoke", "tissue"};
+constexpr std::array<MakeModel, 7> kModels = {makeFossil, makeRock,  makeChip,  makeVessels,
+                                              makeCells,  makeSmoke, makeTissue};
+
+class DemoSource final : public Source {
+ public:
+  DemoSource(std::string_view name, std::unique_ptr<DemoModel> model) : model_(std::move(model)) {
+    info_.name = name;
+    info_.format = "demo";
+    info_.type = model_->type();
+    info_.dims = model_->dims();
+    info_.random_access = true;
+    const std::vector<std::string> channels = model_->channels();
+    if (channels.empty()) return;
+    info_.channels.resize(channels.size());
+    for (std::size_t i = 0; i < channels.size(); ++i) info_.channels[i].name = channels[i];
+  }
+
+  const SourceInfo& info() const override { return info_; }
+
+  void readRows(int z, int y, int count, std::span<std::byte> out) override {
+    const std::size_t row_bytes = channelRowBytes(info_);
+    const std::size_t channels = info_.channels.size();
+    const std::size_t plane = row_bytes * static_cast<std::size_t>(count);
+    BLOCKWALK_CHECK(out.size(), ==, plane * channels);
+    row_.resize(row_bytes * channels);
+    for (int i = 0; i < count; ++i) {
+      std::ranges::fill(row_, std::byte{0});
+      model_->writeRow(y + i, z, row_);
+      for (std::size_t channel = 0; channel < channels; ++channel) {
+        std::memcpy(&out[channel * plane + static_cast<std::size_t>(i) * row_bytes], &row_[channel * row_bytes],
+                    row_bytes);
+      }
+    }
+  }
+
+ private:
+  SourceInfo info_;
+  std::unique_ptr<DemoModel> model_;
+  std::vector<std::byte> row_;
+};
+
+}  // namespace
+
+std::span<const std::string_view> demoNames() { return kNames; }
+
+std::unique_ptr<Source> openDemo(std::string_view name, int size) {
+  const auto found = std::find(kNames.begin(), kNames.end(), name);
+  if (found == kNames.end()) {
+    std::string known;
+    for (const std::string_view one : kNames) known += (known.empty() ? "" : ", ") + std::string(one);
+    failData("demo '{}' is not known; there are {}", name, known);
+  }
+  if (size < 1 || size > kMaxDim) failData("demo {}: size {} is outside 1..{}", name, size, kMaxDim);
+  const auto index = static_cast<std::size_t>(found - kNames.begin());
+  return std::make_unique<DemoSource>(name, kModels[index](size));
+}
+
+glm::ivec3 demoDims(int size, glm::ivec3 shape) {
+  const std::int64_t longest = std::max({shape.x, shape.y, shape.z});
+  const auto scaled = [&](int side) {
+    return static_cast<int>(std::max<std::int64_t>(1, (std::int64_t{side} * size + longest / 2) / longest));
+  };
+  return {scaled(shape.x), scaled(shape.y), scaled(shape.z)};
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+// One channel of a level with an interpolation apron: every subblock carries the one-voxel ring around it, so that
+// interpolating anywhere inside it reads one run of memory. What the field is outside stored voxels is
+// docs/integration.md.
+#pragma once
+
+#include <cstdint>
+#include <list>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "volume/file/file.h"
+
+namespace blockwalk {
+
+// The blocks and subblocks where the trilinear field of some channel is not empty everywhere: those stored in the file,
+// and those whose ring reaches a non-empty voxel of a neighbour. They are the same for every channel of a level. Voxels
+// that are empty have the channel's empty value here, NaN and infinite ones too; voxels outside the level repeat the
+// nearest inside.
+//
+// Memory: the records and a bounded cache of blocks. `file` must outlive it. Throws what VolumeFile throws.
+class ApronLevel {
+ public:
+  // Reads the voxels of all channels once, to find the subblocks.
+  ApronLevel(const VolumeFile& file, int level, int channel);
+  // Another channel of the same level, whose subblocks are known: reads records only.
+  ApronLevel(const ApronLevel& found, int channel);
+
+  // Blocks are final. A subblock's minimum, maximum and mask cover every value that interpolation can give inside it;
+  // they are known once readBlock() was called for its block, and so are the block's own. Where the channel is empty in
+  // a subblock and its whole ring, which happens only where there are several channels, the mask is 0 and the range is
+  // the empty value.
+  const Level& records() const { return records_; }
+
+  // Voxels of a subblock: (subblock_side + 2)^3, x fastest, beginning one voxel below its first.
+  std::uint64_t subblockVoxels() const;
+  std::uint64_t subblockBytes() const;
+
+  // Writes the voxels of a block's subblocks, one after the other: subblock_count * subblockBytes() bytes.
+  void readBlock(std::size_t block, std::span<std::byte> out);
+
+ private:
+  struct CachedBlock {
+    std::vector<std::byte> voxels;
+    std::list<std::size_t>::iterator age;
+  };
+
+  std::size_t denseBytes() const;
+  void findSubblocks();
+  const std::vector<std::byte>& stored(std::size_t block, int channel);
+  void gather(glm::ivec3 origin, std::size_t around);
+  void repeatEdges(glm::ivec3 first_voxel);
+  void describeSubblock(const std::byte* voxels, Subblock& subblock) const;
+
+  const VolumeFile& file_;
+  int level_;
+  int channel_;
+  Level source_;                                                  // as the file stores it
+  std::unordered_map<std::uint64_t, std::size_t> source_blocks_;  // Morton code to index
+  Level records_;
+  std::unordered_map<std::size_t, CachedBlock> cache_;  // by block * channels + channel
+  std::list<std::size_t> ages_;                         // most recent first
+  std::uint64_t cached_bytes_ = 0;
+  std::vector<std::byte> dense_;  // a block and its ring
+};
+
+}  // namespace blockwalk

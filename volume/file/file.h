@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reading a .bwv file. The byte map is docs/format.md and the top of volume/file/layout.h.
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <span>
+
+#include "volume/volume.h"
+
+namespace blockwalk {
+
+// An open volume file: its header and section table are validated and kept; a level's records are read and validated
+// when they are asked for, its voxels are read and held against their checksums. Nothing is mapped, so that a file that
+// is truncated or changed meanwhile gives an error and no signal. Move-only owner of the descriptor.
+// Every constructor and method throws DataError that names the file, the field or offset, and the bound.
+// A level, a channel or a subblock that the file does not have is the caller's error (BLOCKWALK_CHECK).
+// Thread-compatible: const methods may run at the same time from several threads.
+class VolumeFile {
+ public:
+  explicit VolumeFile(const std::filesystem::path& path);
+  ~VolumeFile();
+  VolumeFile(VolumeFile&&) noexcept;
+  VolumeFile& operator=(VolumeFile&&) noexcept;
+
+  const VolumeInfo& info() const;
+  const std::filesystem::path& path() const;
+  std::uint64_t fileBytes() const;
+  // Records, checksums and voxels of one channel of a level, without padding.
+  std::uint64_t levelSectionBytes(int level, int channel) const;
+
+  // Decodes and validates the records of one channel of a level; neighbours are linked. Origins, occupancy and counts
+  // are the same in every channel of a level; where the channel has no non-empty voxel, a record's least, greatest and
+  // mask are 0.
+  Level readLevel(int level, int channel) const;
+  // Copies one channel of `count` subblocks starting at subblock `first` of the level: count * subblockVoxels() *
+  // voxelBytes bytes, subblock after subblock, x fastest inside. Verifies the checksums of the file chunks it touches
+  // before `out` gets anything of them, and that the file has not shrunk since it was opened.
+  void readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, std::span<std::byte> out) const;
+
+ private:
+  struct Opened;
+  std::unique_ptr<Opened> opened_;
+};
+
+}  // namespace blockwalk

@@ -1,0 +1,29 @@
+// SPDX-License-Identifier: Apache-2.0
+// A source over one dense array of samples: what raw, NRRD and MetaImage files hold.
+#pragma once
+
+#include <memory>
+
+#include "volume/import/byte_reader.h"
+#include "volume/import/convert/sample.h"
+#include "volume/import/import.h"
+#include "volume/source.h"
+
+namespace blockwalk {
+
+// Where the samples of a voxel lie: beside each other, or each in an array of its own, one array after the other.
+enum class ArrayOrder { voxels, planes };
+
+// `info` has name, format, dims and world_from_index; the rest of it follows.
+struct SampleArrayInfo {
+  SourceInfo info;
+  SampleFormat format;
+  bool is_color = true;  // what several samples a voxel are where the options leave it open
+  ArrayOrder order = ArrayOrder::voxels;
+};
+
+// Throws DataError for planes in compressed data, which would have to be unpacked once a row.
+std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options,
+                                        std::unique_ptr<ByteReader> bytes);
+
+}  // namespace blockwalk

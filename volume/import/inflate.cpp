@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/import/inflate.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include "volume/error.h"
+
+namespace blockwalk {
+namespace {
+constexpr std::size_t kInputBytes = std::size_t{1} << 18;
+constexpr int kGzipOrZlib = 32 + MAX_WBITS;
+}  // namespace
+
+InflateStream::InflateStream(std::shared_ptr<const InputFile> file, std::uint64_t first)
+    : file_(std::move(file)), first_(first), position_(first), input_(kInputBytes) {
+  const int result = inflateInit2(&zlib_, kGzipOrZlib);
+  BLOCKWALK_CHECK(result, ==, Z_OK);
+}
+
+InflateStream::~InflateStream() { inflateEnd(&zlib_); }
+
+void InflateStream::restart() {
+  inflateReset2(&zlib_, kGzipOrZlib);
+  zlib_.avail_in = 0;
+  position_ = first_;
+  ended_ = false;
+}
+
+bool InflateStream::fill() {
+  const std::size_t got = file_->readSome(position_, input_);
+  position_ += got;
+  zlib_.next_in = reinterpret_cast<Bytef*>(input_.data());
+  zlib_.avail_in = static_cast<uInt>(got);
+  return got > 0;
+}
+
+void InflateStream::endMember() {
+  if (zlib_.avail_in == 0 && !fill()) {
+    ended_ = true;
+    return;
+  }
+  if (*zlib_.next_in != 0x1f) {
+    failData("{}: bytes from {} on follow the end of the compressed data", file_->name(), position_ - zlib_.avail_in);
+  }
+  inflateReset2(&zlib_, kGzipOrZlib);
+}
+
+std::size_t InflateStream::read(std::span<std::byte> out) {
+  std::size_t done = 0;
+  while (done < out.size() && !ended_) {
+    if (zlib_.avail_in == 0 && !fill()) {
+      failData("{}: the compressed data is cut off at byte {}", file_->name(), position_);
+    }
+    const std::size_t piece = std::min<std::size_t>(out.size() - done, std::numeric_limits<uInt>::max());
+    zlib_.next_out = reinterpret_cast<Bytef*>(out.data() + done);
+    zlib_.avail_out = static_cast<uInt>(piece);
+    const int result = inflate(&zlib_, Z_NO_FLUSH);
+    done += piece - zlib_.avail_out;
+    if (result == Z_STREAM_END) {
+      endMember();
+    } else if (result != Z_OK) {
+      failData("{}: the compressed data is broken near byte {}: {}", file_->name(), position_ - zlib_.avail_in,
+               zlib_.msg != nullptr ? zlib_.msg : "no progress");
+    }
+  }
+  return done;
+}
+
+std::uint64_t InflateStream::skip(std::uint64_t bytes) {
+  std::vector<std::byte> waste(std::min<std::uint64_t>(bytes, kInputBytes));
+  std::uint64_t done = 0;
+  while (done < bytes) {
+    const std::size_t piece = std::min<std::uint64_t>(bytes - done, waste.size());
+    const std::size_t got = read(std::span(waste).first(piece));
+    done += got;
+    if (got < piece) break;
+  }
+  return done;
+}
+
+}  // namespace blockwalk

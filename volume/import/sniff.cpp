@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/import/sniff.h"
+
+#include <string>
+#include <string_view>
+
+#include "volume/import/header_text.h"
+
+namespace blockwalk {
+namespace {
+
+// MetaImage has no magic: it is text whose first line is one of its fields.
+bool startsLikeMetaImage(std::string_view text) {
+  const std::string_view line = text.substr(0, text.find('\n'));
+  const std::size_t equals = line.find('=');
+  if (equals == std::string_view::npos) return false;
+  const std::string_view key = trimmed(line.substr(0, equals));
+  for (const std::string_view known :
+       {"ObjectType", "NDims", "Comment", "ObjectSubType", "TransformType", "Name", "ID"}) {
+    if (key == known) return text.find("NDims") != std::string_view::npos;
+  }
+  return false;
+}
+
+}  // namespace
+
+FileKind fileKind(const InputFile& file) {
+  std::string start(1024, '\0');
+  start.resize(file.readSome(0, std::as_writable_bytes(std::span(start))));
+  if (start.starts_with("NRRD000")) return FileKind::nrrd;
+  if (start.starts_with("\x89PNG\r\n\x1a\n")) return FileKind::png;
+  for (const std::string_view magic : {std::string_view("II\x2a\0", 4), std::string_view("MM\0\x2a", 4),
+                                       std::string_view("II\x2b\0", 4), std::string_view("MM\0\x2b", 4)}) {
+    if (start.starts_with(magic)) return FileKind::tiff;
+  }
+  if (startsLikeMetaImage(start)) return FileKind::metaimage;
+  return FileKind::unknown;
+}
+
+}  // namespace blockwalk

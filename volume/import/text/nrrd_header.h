@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// The header of a NRRD file (teem.sourceforge.net/nrrd/format.html), interpreted.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "volume/import/convert/sample.h"
+#include "volume/import/dense_array_source.h"
+#include "volume/import/geometry.h"
+#include "volume/import/input_file.h"
+
+namespace blockwalk {
+
+enum class NrrdEncoding { raw, gzip, text };
+
+struct NrrdHeader {
+  SampleFormat format;
+  bool is_color = true;                   // where a voxel has several samples
+  ArrayOrder order = ArrayOrder::voxels;  // planes: the samples' axis is the last one
+  glm::ivec3 dims{0};
+  Geometry geometry;
+  NrrdEncoding encoding = NrrdEncoding::raw;
+  std::string data_file;         // empty: the data follows the header
+  std::uint64_t data_begin = 0;  // attached: offset behind the header
+  std::uint64_t line_skip = 0;
+  std::int64_t byte_skip = 0;  // -1: the data is the last of the bytes
+};
+
+// Throws DataError naming the field. Three axes are a volume, two are one slice, and one is one row. An axis of three
+// or four in front of them is colour when `kinds` calls it one, or when it is the first of four, u8, and `kinds` calls
+// it nothing else. An axis of two to four in front of them or behind them is channels when `kinds` calls it a list or a
+// vector.
+NrrdHeader readNrrdHeader(const InputFile& file);
+
+}  // namespace blockwalk
