@@ -11,13 +11,13 @@ namespace {
 
 constexpr std::string_view kDigits = "0123456789";
 
-HttpReply refuse(int status, std::string_view field, std::string detail) {
+HttpReply refuseHead(int status, std::string_view field, std::string detail) {
   return problemReply({.status = status, .detail = std::move(detail), .field = std::string(field)});
 }
 
 // The body's end cannot be trusted: what follows on this connection must not be read as a request.
 HttpReply refuseAndClose(int status, std::string_view field, std::string detail) {
-  HttpReply reply = refuse(status, field, std::move(detail));
+  HttpReply reply = refuseHead(status, field, std::move(detail));
   reply.close = true;
   return reply;
 }
@@ -148,13 +148,13 @@ std::optional<HttpReply> judgeUpgrade(const HttpRequest& request, const HttpRule
   const auto field = [&](std::string_view name) { return request.value(name); };
   if (request.version != 11 || !request.hasToken("Upgrade", "websocket") ||
       !request.hasToken("Connection", "upgrade")) {
-    HttpReply reply = refuse(426, "Upgrade", "this is a WebSocket: ask for an upgrade");
+    HttpReply reply = refuseHead(426, "Upgrade", "this is a WebSocket: ask for an upgrade");
     reply.fields.emplace_back("Upgrade", "websocket");
     reply.fields.emplace_back("Connection", "Upgrade");
     return reply;
   }
   if (request.count("Sec-WebSocket-Version") != 1 || field("Sec-WebSocket-Version") != "13") {
-    HttpReply reply = refuse(426, "Sec-WebSocket-Version", "the WebSocket version is 13");
+    HttpReply reply = refuseHead(426, "Sec-WebSocket-Version", "the WebSocket version is 13");
     reply.fields.emplace_back("Sec-WebSocket-Version", "13");
     reply.fields.emplace_back("Upgrade", "websocket");
     return reply;
@@ -163,13 +163,13 @@ std::optional<HttpReply> judgeUpgrade(const HttpRequest& request, const HttpRule
   constexpr std::string_view kBase64 = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
   if (request.count("Sec-WebSocket-Key") != 1 || key.size() != 24 || !key.ends_with("==") ||
       !consistsOf(key.substr(0, 22), kBase64)) {
-    return refuse(400, "Sec-WebSocket-Key", "Sec-WebSocket-Key must be 16 bytes in base64");
+    return refuseHead(400, "Sec-WebSocket-Key", "Sec-WebSocket-Key must be 16 bytes in base64");
   }
   if (!request.hasToken("Sec-WebSocket-Protocol", kStreamProtocol)) {
-    return refuse(400, "Sec-WebSocket-Protocol", fmt::format("the subprotocol is {}", kStreamProtocol));
+    return refuseHead(400, "Sec-WebSocket-Protocol", fmt::format("the subprotocol is {}", kStreamProtocol));
   }
   if (request.count("Origin") > 0 && !isOwnOrigin(field("Origin"), field("Host"), rules.tls)) {
-    return refuse(403, "Origin", "pages of another origin may not open this stream");
+    return refuseHead(403, "Origin", "pages of another origin may not open this stream");
   }
   return {};
 }

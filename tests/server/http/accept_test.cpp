@@ -7,7 +7,7 @@
 #include <cstdlib>
 #include <new>
 
-#include "running_server.h"
+#include "tests/server/running_server.h"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 constexpr bool kCanFail = false;  // the sanitizer owns the allocator

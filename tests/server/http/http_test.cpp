@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "running_server.h"
+#include "tests/server/running_server.h"
 
 namespace blockwalk {
 namespace {

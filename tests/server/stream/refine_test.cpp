@@ -4,16 +4,13 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include "running_server.h"
+#include "tests/server/running_server.h"
+#include "tests/server/stream/view_message.h"
 
 namespace blockwalk {
 namespace {
 
 using nlohmann::json;
-
-std::string view(int id, const std::string& members) {
-  return fmt::format(R"({{"type":"view","id":{},{}}})", id, members);
-}
 
 std::vector<std::pair<int, int>> rangesOf(const std::vector<SampleStep>& steps) {
   std::vector<std::pair<int, int>> ranges;
@@ -24,7 +21,7 @@ std::vector<std::pair<int, int>> rangesOf(const std::vector<SampleStep>& steps) 
 TEST(Refine, StepsComeInOrderAndTheLastIsFinal) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
-  client.sendText(view(7, R"("size":[64,48],"samples":9)"));
+  client.sendText(viewMessage(7, R"("size":[64,48],"samples":9)"));
   const json moving = client.readFrame();
   EXPECT_EQ(moving["samples"], 1);
   EXPECT_EQ(moving["final"], false);
@@ -51,7 +48,7 @@ TEST(Refine, ClientsHaveSumsOfTheirOwn) {
   RunningServer server;
   StreamClient first(server.port(), "rock"), second(server.port(), "rock");
   for (StreamClient* client : {&first, &second}) {
-    client->sendText(view(1, R"("size":[64,48],"samples":2)"));
+    client->sendText(viewMessage(1, R"("size":[64,48],"samples":2)"));
     while (client->readFrame()["final"] == false) {
     }
   }
@@ -63,7 +60,7 @@ TEST(Refine, ClientsHaveSumsOfTheirOwn) {
 TEST(Refine, APictureTooLargeForSumsComesInOneStep) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
-  client.sendText(view(1, R"("size":[8192,2049],"samples":4,"format":"jpeg")"));
+  client.sendText(viewMessage(1, R"("size":[8192,2049],"samples":4,"format":"jpeg")"));
   EXPECT_EQ(client.readFrame()["samples"], 1);
   const json final = client.readFrame();
   EXPECT_EQ(final["samples"], 4);
@@ -75,7 +72,7 @@ TEST(Refine, APictureTooLargeForSumsComesInOneStep) {
 TEST(Refine, StepsWaitWhileThreeFramesAreInFlight) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
-  client.sendText(view(1, R"("size":[64,48],"samples":16)"));
+  client.sendText(viewMessage(1, R"("size":[64,48],"samples":16)"));
   for (int i = 0; i < 3; ++i) client.readFrame(false);
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   EXPECT_EQ(server.control().finished, 3);
@@ -88,9 +85,9 @@ TEST(Refine, StepsWaitWhileThreeFramesAreInFlight) {
 TEST(Refine, ANewViewBetweenStepsEndsThem) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
-  client.sendText(view(1, R"("size":[64,48],"samples":16)"));
+  client.sendText(viewMessage(1, R"("size":[64,48],"samples":16)"));
   for (int i = 0; i < 3; ++i) client.readFrame(false);  // the next step waits
-  client.sendText(view(2, R"("fov":30)"));
+  client.sendText(viewMessage(2, R"("fov":30)"));
   for (int i = 0; i < 3; ++i) client.sendText(R"({"type":"ack","id":1})");
   json frame = client.readFrame();
   EXPECT_EQ(frame["id"], 2);
@@ -105,14 +102,14 @@ TEST(Refine, ANewViewBetweenStepsEndsThem) {
 TEST(Refine, ANewViewCancelsTheStepUnderWay) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
-  client.sendText(view(1, R"("size":[64,48],"samples":16)"));
+  client.sendText(viewMessage(1, R"("size":[64,48],"samples":16)"));
   for (int i = 0; i < 3; ++i) client.readFrame(false);  // the next step waits
   server.control().bands = 200;
   server.control().band_ms = 10;  // a frame takes 2 s
   const int started = server.control().started;
   client.sendText(R"({"type":"ack","id":1})");
   EXPECT_TRUE(eventually([&] { return server.control().started > started; }));
-  client.sendText(view(2, R"("fov":30)"));
+  client.sendText(viewMessage(2, R"("fov":30)"));
   EXPECT_EQ(client.readFrame(false)["id"], 2);  // unacknowledged, so that its own steps wait
   EXPECT_EQ(server.control().cancelled, 1);
   EXPECT_EQ(server.control().takenSteps().back().end, 4);
@@ -151,7 +148,7 @@ class RefinedPictures : public testing::Test {
     while (frame["id"] != id || frame["final"] == false);
     return client.lastImage();
   }
-  static std::string viewOf(int id, int fov) { return view(id, fmt::format(R"({},"fov":{})", kMembers, fov)); }
+  static std::string viewOf(int id, int fov) { return viewMessage(id, fmt::format(R"({},"fov":{})", kMembers, fov)); }
 
   std::string messages_;
   std::unique_ptr<RunningServer> server_;

@@ -5,16 +5,13 @@
 #include <span>
 
 #include "protocol/stream_messages.h"
-#include "running_server.h"
+#include "tests/server/running_server.h"
+#include "tests/server/stream/view_message.h"
 
 namespace blockwalk {
 namespace {
 
 using nlohmann::json;
-
-std::string view(int id, const std::string& members = R"("size":[64,48])") {
-  return fmt::format(R"({{"type":"view","id":{},{}}})", id, members);
-}
 
 TEST(Stream, SaysHelloThenShowsTheViewAndRefinesIt) {
   RunningServer server;
@@ -24,7 +21,7 @@ TEST(Stream, SaysHelloThenShowsTheViewAndRefinesIt) {
   const json hello = client.readText("hello");
   EXPECT_EQ(hello["version"], "blockwalk.v1");
   EXPECT_EQ(hello["volume"]["id"], "rock");
-  client.sendText(view(7));
+  client.sendText(viewMessage(7));
   const json moving = client.readFrame();
   EXPECT_EQ(moving["id"], 7);
   EXPECT_EQ(moving["seq"], 1);
@@ -47,7 +44,7 @@ TEST(Stream, StatsFollowTheirFinalFrame) {
   StreamClient client(server.port(), "rock");
   std::int64_t newest = 0;  // frame
   for (int id = 1; id <= 3; ++id) {
-    client.sendText(view(id, R"("fov":)" + std::to_string(30 + id) + R"(,"size":[64,48])"));
+    client.sendText(viewMessage(id, R"("fov":)" + std::to_string(30 + id) + R"(,"size":[64,48])"));
     std::int64_t stats = 0;
     while (stats == 0) {
       const auto message = client.read();
@@ -78,8 +75,8 @@ TEST(Stream, ThePlainPathSaysWhyNoStreamOpens) {
 TEST(Stream, APatchKeepsTheOtherMembers) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
-  client.sendText(view(1, R"("size":[64,48],"format":"raw")"));
-  client.sendText(view(2, R"("fov":30)"));
+  client.sendText(viewMessage(1, R"("size":[64,48],"format":"raw")"));
+  client.sendText(viewMessage(2, R"("fov":30)"));
   json frame;
   do frame = client.readFrame();
   while (frame["final"] == false);
@@ -91,7 +88,7 @@ TEST(Stream, APatchKeepsTheOtherMembers) {
 TEST(Stream, WebpIsWebpMovingAndStill) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
-  client.sendText(view(1, R"("size":[64,48],"format":"webp","background":"00000080")"));
+  client.sendText(viewMessage(1, R"("size":[64,48],"format":"webp","background":"00000080")"));
   json frame;
   do {
     frame = client.readFrame();
@@ -105,7 +102,7 @@ TEST(Stream, TheLatestViewWins) {
   StreamClient client(server.port(), "rock");
   constexpr int kViews = 200;
   for (int id = 1; id <= kViews; ++id)
-    client.sendText(view(id, R"("size":[64,48],"eye":[9,9,)" + std::to_string(id) + "]"));
+    client.sendText(viewMessage(id, R"("size":[64,48],"eye":[9,9,)" + std::to_string(id) + "]"));
   std::int64_t last_id = 0, last_seq = 0;
   json frame;
   int frames = 0;
@@ -128,11 +125,11 @@ TEST(Stream, ARefinementIsCancelledByANewView) {
   server.control().band_ms = 20;
   server.control().full_pixels = 640 * 480;  // a full frame takes 4 s, the first coarse one 1 s
   StreamClient client(server.port(), "rock");
-  client.sendText(view(1, R"("size":[640,480])"));
+  client.sendText(viewMessage(1, R"("size":[640,480])"));
   EXPECT_EQ(client.readFrame()["final"], false);
   EXPECT_TRUE(eventually([&] { return server.control().started >= 2; }));  // the view stands still and is refined
   const auto begin = std::chrono::steady_clock::now();
-  client.sendText(view(2, R"("fov":30)"));
+  client.sendText(viewMessage(2, R"("fov":30)"));
   EXPECT_EQ(client.readFrame()["id"], 2);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::milliseconds(2500));
   EXPECT_EQ(server.control().cancelled, 1);
@@ -143,7 +140,7 @@ TEST(Stream, NoMoreThanThreeFramesAreInFlight) {
   StreamClient client(server.port(), "rock");
   client.sendText(R"({"type":"limits","fps":120})");
   for (int id = 1; id <= 40; ++id) {
-    client.sendText(view(id));
+    client.sendText(viewMessage(id));
     std::this_thread::sleep_for(std::chrono::milliseconds(15));
   }
   EXPECT_EQ(server.control().finished, 3);
@@ -157,7 +154,7 @@ TEST(Stream, NoMoreThanThreeFramesAreInFlight) {
 TEST(Stream, ErrorsNameTheFieldAndTheViewStands) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
-  client.sendText(view(5));
+  client.sendText(viewMessage(5));
   client.readFrame();
   const std::vector<std::tuple<std::string, std::string, int>> bad = {
       {"", "", -1},
@@ -186,7 +183,7 @@ TEST(Stream, ErrorsNameTheFieldAndTheViewStands) {
     EXPECT_EQ(error.value("id", -1), id) << text;
     EXPECT_EQ(get(server.port(), "/healthz").status, 200);
   }
-  client.sendText(view(6, R"("fov":31)"));
+  client.sendText(viewMessage(6, R"("fov":31)"));
   json frame;
   do frame = client.readFrame();
   while (frame["id"] != 6 || frame["final"] == false);
@@ -197,10 +194,10 @@ TEST(Stream, AFrameThatFailsIsReportedAndTheNextViewIsTried) {
   RunningServer server;
   StreamClient client(server.port(), "rock");
   server.control().fail_device = true;
-  client.sendText(view(1));
+  client.sendText(viewMessage(1));
   EXPECT_EQ(client.readText("error")["problem"]["status"], 503);
   server.control().fail_device = false;
-  client.sendText(view(2, R"("fov":30)"));
+  client.sendText(viewMessage(2, R"("fov":30)"));
   EXPECT_EQ(client.readFrame()["id"], 2);
 }
 
@@ -243,7 +240,7 @@ TEST_P(BadFrames, CloseTheStreamAndNothingElse) {
   std::optional<WireMessage> message = client.read();
   ASSERT_TRUE(message.has_value());
   EXPECT_EQ(message->closeCode(), GetParam().close_code);
-  second.sendText(view(1));
+  second.sendText(viewMessage(1));
   EXPECT_EQ(second.readFrame()["id"], 1);
 }
 
@@ -266,7 +263,7 @@ TEST(Stream, AClientThatVanishesIsLetGo) {
   server.control().band_ms = 50;
   for (int i = 0; i < 20; ++i) {
     StreamClient client(server.port(), "rock");
-    client.sendText(view(1, R"("size":[512,512])"));
+    client.sendText(viewMessage(1, R"("size":[512,512])"));
     if (i % 2 == 0) client.readFrame();
   }
   EXPECT_TRUE(eventually(
@@ -287,8 +284,8 @@ TEST(Stream, SessionsShareTheDevice) {
   server.control().band_ms = 10;
   StreamClient busy(server.port(), "rock");
   StreamClient other(server.port(), "rock");
-  for (int id = 1; id <= 50; ++id) busy.sendText(view(id, R"("fov":)" + std::to_string(20 + id)));
-  other.sendText(view(1));
+  for (int id = 1; id <= 50; ++id) busy.sendText(viewMessage(id, R"("fov":)" + std::to_string(20 + id)));
+  other.sendText(viewMessage(1));
   EXPECT_EQ(other.readFrame()["id"], 1);
 }
 
@@ -297,7 +294,7 @@ TEST(Stream, DrainingClosesWith1001) {
   server.control().band_ms = 200;
   StreamClient client(server.port(), "rock");
   client.readText("hello");
-  client.sendText(view(1));
+  client.sendText(viewMessage(1));
   EXPECT_TRUE(eventually([&] { return server.control().started > 0; }));
   server.drain();
   EXPECT_EQ(client.readFrame(false)["id"], 1) << "the frame under way is sent";
