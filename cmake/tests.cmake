@@ -38,7 +38,8 @@ function(add_room_test room)
 endfunction()
 
 add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB PNG::PNG TIFF::TIFF PkgConfig::XXHASH)
-add_room_test(protocol TIMEOUT 120 LIBRARIES protocol renderer PNG::PNG PkgConfig::WEBP)
+add_room_test(view TIMEOUT 60 LIBRARIES view)
+add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP)
 add_room_test(renderer DRAWS TIMEOUT 900 LIBRARIES renderer protocol reference)
 add_room_test(extreme DRAWS WHOLE TIMEOUT 1800 LIBRARIES renderer protocol reference SHARES tests/renderer/stage.cpp
   tests/renderer/compare.cpp tests/renderer/synthetic.cpp)

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "protocol/view_fields.h"
-#include "renderer/renderer.h"
+#include "view/frame.h"
 
 namespace blockwalk {
 

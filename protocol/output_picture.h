@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/renderer.h"
+#include "view/frame.h"
 
 namespace blockwalk {
 

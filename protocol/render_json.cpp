@@ -38,7 +38,7 @@ nlohmann::json statsJson(const RenderStats& stats) {
   return json;
 }
 
-nlohmann::json rawJson(const View& view) {
+nlohmann::json rawJson(const ResolvedView& view) {
   const RawPixel pixel = rawPixel(view.output);
   return {{"width", view.width}, {"height", view.height}, {"channels", pixel.channels}, {"type", pixel.type}};
 }

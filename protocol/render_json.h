@@ -4,7 +4,9 @@
 
 #include <nlohmann/json_fwd.hpp>
 
-#include "renderer/renderer.h"
+#include "view/device_info.h"
+#include "view/frame.h"
+#include "view/resolved_view.h"
 
 namespace blockwalk {
 
@@ -12,7 +14,7 @@ namespace blockwalk {
 nlohmann::json statsJson(const RenderStats& stats);
 
 // {"width", "height", "channels", "type"} of format raw, type u8 or f32 little endian: X-Blockwalk-Raw.
-nlohmann::json rawJson(const View& view);
+nlohmann::json rawJson(const ResolvedView& view);
 
 nlohmann::json deviceJson(const DeviceInfo& device);
 

@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "protocol/problem.h"
-#include "renderer/renderer.h"
+#include "view/frame.h"
 
 namespace blockwalk {
 

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/view_values.h"
-#include "view/view.h"
+#include "view/resolved_view.h"
 
 namespace blockwalk {
 namespace {
@@ -36,16 +36,15 @@ json levelsJson(const VolumeInfo& info) {
 
 // The view that a client shows first: resolveView's choice for a view that says nothing.
 json defaultViewJson(const VolumeInfo& info) {
-  const View view = resolveView(View{}, info);
-  json object = {{"eye", vectorJson(view.eye.value())},
-                 {"target", vectorJson(view.target.value())},
-                 {"up", vectorJson(view.up.value())},
+  const ResolvedView view = resolveView(View{}, info);
+  json object = {{"eye", vectorJson(view.camera.eye)},
+                 {"target", vectorJson(view.target)},
+                 {"up", vectorJson(view.up)},
                  {"fov", view.fov_degrees}};
   json ranges = json::array();
   json transfers = json::array();
-  for (std::size_t i = 0; i < info.channels.size(); ++i) {
-    const ChannelView& channel = view.channels[i];
-    ranges.push_back({channel.range.value().lo, channel.range.value().hi});
+  for (const ResolvedChannel& channel : view.channels) {
+    ranges.push_back({channel.range.lo, channel.range.hi});
     if (!channel.transfer.empty()) transfers.push_back(transferText(channel.transfer));
   }
   const bool single = info.channels.size() == 1;

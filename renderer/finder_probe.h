@@ -5,7 +5,7 @@
 #include <functional>
 #include <span>
 
-#include "view/view.h"
+#include "view/resolved_view.h"
 
 namespace blockwalk {
 

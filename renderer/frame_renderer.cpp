@@ -17,7 +17,7 @@ constexpr std::size_t kMaxBandPixels = std::size_t{1} << 22;
 
 std::uint64_t sum(const gpu::uint (&words)[2]) { return words[0] | std::uint64_t{words[1]} << 32; }
 
-void fillBackground(const View& view, Frame& frame) {
+void fillBackground(const ResolvedView& view, Frame& frame) {
   const auto& b = view.background;
   const std::uint32_t pixel =
       b[3] == 0 ? 0 : b[0] | std::uint32_t{b[1]} << 8 | std::uint32_t{b[2]} << 16 | std::uint32_t{b[3]} << 24;
@@ -53,8 +53,8 @@ void FrameRenderer::reserveOutputs(std::size_t pixels, const Plan& plan, const S
   }
 }
 
-void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, const ChannelPlan& drawn,
-                              gpu::DrawnChannel& params) {
+void FrameRenderer::bindTable(const ResolvedView& view, const VulkanVolume& volume, const Plan& plan,
+                              const ChannelPlan& drawn, gpu::DrawnChannel& params) {
   BoundTable& bound = tables_[drawn.channel];
   TableKey key{.volume = volume.serial(),
                .level = plan.level,
@@ -82,7 +82,7 @@ void FrameRenderer::bindTable(const View& view, const VulkanVolume& volume, cons
   params.table_last = bound.last;
 }
 
-void FrameRenderer::bindRegion(VulkanVolume& volume, ResidentLevel& level, const View& view, const Plan& plan,
+void FrameRenderer::bindRegion(VulkanVolume& volume, ResidentLevel& level, const ResolvedView& view, const Plan& plan,
                                gpu::FrameParams& params) {
   RegionKey key{.volume = volume.serial(),
                 .level = plan.level,
@@ -104,7 +104,7 @@ void FrameRenderer::bindRegion(VulkanVolume& volume, ResidentLevel& level, const
   instances_ = kernels_.bindInstances(*region.top.handle);
 }
 
-gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& view, const Plan& plan) {
+gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const ResolvedView& view, const Plan& plan) {
   gpu::FrameParams params = makeFrameParams(view, volume.info(), plan);
   std::vector<std::size_t> channels;
   for (const ChannelPlan& drawn : plan.channels) channels.push_back(drawn.channel);
@@ -145,11 +145,11 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const View& vie
 }
 
 // The band's samples up to `end`, as many a submission as fit the time of one; false when cancelled.
-bool FrameRenderer::drawSamples(const Plan& plan, const RenderOptions& options, Band band, int end, Frame& frame) {
+bool FrameRenderer::drawSamples(const Plan& plan, const FrameOrder& order, Band band, int end, Frame& frame) {
   const double pixels = static_cast<double>(frame.width) * band.row_count;
   band.sample_count = 1;
   while (band.sample_begin < end) {
-    if (options.cancel != nullptr && options.cancel->load(std::memory_order_relaxed)) {
+    if (order.cancel != nullptr && order.cancel->load(std::memory_order_relaxed)) {
       frame.cancelled = true;
       return false;
     }
@@ -163,7 +163,7 @@ bool FrameRenderer::drawSamples(const Plan& plan, const RenderOptions& options, 
   return true;
 }
 
-void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values,
+void FrameRenderer::drawBands(const Plan& plan, const FrameOrder& order, const OutputValues& values,
                               const SampleRun& run, Frame& frame) {
   const auto width = static_cast<std::size_t>(frame.width);
   const int most_rows = static_cast<int>(std::max<std::size_t>(1, kMaxBandPixels / width));
@@ -181,14 +181,14 @@ void FrameRenderer::drawBands(const Plan& plan, const RenderOptions& options, co
       params_.mappedAs<gpu::FrameParams>()[0].sums = run.kept->sums.address() + first * kSumBytes;
     }
     const Band band{.row_begin = row, .row_count = rows, .sample_begin = run.begin};
-    if (!drawSamples(plan, options, band, run.end, frame)) return;
+    if (!drawSamples(plan, order, band, run.end, frame)) return;
     const auto words = pixels_.mappedAs<std::uint32_t>().first(pixels);
     if (isPicture(frame.output)) {
       std::ranges::copy(words, frame.pixels.begin() + static_cast<std::ptrdiff_t>(first));
     } else {
       values.fromWords(words, row, frame);
     }
-    if (options.probe) {
+    if (order.probe) {
       const auto probes = probes_.mappedAs<gpu::GpuProbe>();
       std::transform(probes.begin(), probes.begin() + static_cast<std::ptrdiff_t>(pixels),
                      frame.probes.begin() + static_cast<std::ptrdiff_t>(first), [](const gpu::GpuProbe& p) {
@@ -208,10 +208,10 @@ DeviceTraits FrameRenderer::traits(const VulkanVolume& volume) const {
 }
 
 // With a small picture of the first view that leaves the finder to us and shows something.
-void FrameRenderer::probeFinders(VulkanVolume& volume, const View& view, const RenderOptions& options) {
+void FrameRenderer::probeFinders(VulkanVolume& volume, const ResolvedView& view, const FrameOrder& order) {
   if (view.finder != Finder::automatic || volume.fastest_finder != Finder::automatic) return;
   if (!device_.rayQuery() || (device_.isSoftware() && !probe_software_)) return;
-  View small = view;
+  ResolvedView small = view;
   small.level = plan(view, volume.info(), traits(volume), false, false).level;
   small.width = std::min(view.width, kProbeSide);
   small.height = std::min(view.height, kProbeSide);
@@ -226,7 +226,7 @@ void FrameRenderer::probeFinders(VulkanVolume& volume, const View& view, const R
     fastest = fastestFinder(candidates, kProbeRounds, [&](Finder finder) {
       small.finder = finder;
       const Plan tried = plan(small, volume.info(), traits(volume), false, false);
-      const Frame frame = drawPlan(volume, small, tried, {.count = false, .cancel = options.cancel}, Clock::now());
+      const Frame frame = drawPlan(volume, small, tried, {.count = false, .cancel = order.cancel}, Clock::now());
       cancelled = cancelled || frame.cancelled;
       return frame.stats.gpu_ms;
     });
@@ -247,15 +247,15 @@ void FrameRenderer::generalise(Plan& plan, const VolumeInfo& info) const {
   plan.needs_instances = device_.rayQuery() && blocks <= device_.maxInstances();
 }
 
-void FrameRenderer::prepare(VulkanVolume& volume, const View& view) {
+void FrameRenderer::prepare(VulkanVolume& volume, const ResolvedView& view) {
   const Plan plan = blockwalk::plan(view, volume.info(), traits(volume), false, false);
   if (!plan.is_blank) bindVolume(volume, view, plan);
 }
 
-FrameRenderer::SampleRun FrameRenderer::startRun(const VulkanVolume& volume, const View& view, const Plan& plan,
-                                                 const RenderOptions& options) {
-  if (!options.step) return {.begin = 0, .end = view.samples};
-  const SampleStep& step = *options.step;
+FrameRenderer::SampleRun FrameRenderer::startRun(const VulkanVolume& volume, const ResolvedView& view, const Plan& plan,
+                                                 const FrameOrder& order) {
+  if (!order.step) return {.begin = 0, .end = view.samples};
+  const SampleStep& step = *order.step;
   BLOCKWALK_CHECK(step.begin, >=, 0);
   BLOCKWALK_CHECK(step.end, >, step.begin);
   BLOCKWALK_CHECK(step.end, <=, view.samples);
@@ -266,7 +266,7 @@ FrameRenderer::SampleRun FrameRenderer::startRun(const VulkanVolume& volume, con
   return run;
 }
 
-void FrameRenderer::finishRun(const SampleRun& run, const View& view, const Frame& frame) {
+void FrameRenderer::finishRun(const SampleRun& run, const ResolvedView& view, const Frame& frame) {
   if (run.kept == nullptr) return;
   if (frame.cancelled || run.end == view.samples) return kept_sums_.drop(run.kept->owner);
   run.kept->samples = run.end;
@@ -275,7 +275,7 @@ void FrameRenderer::finishRun(const SampleRun& run, const View& view, const Fram
   run.kept->total_ms = frame.stats.total_ms;
 }
 
-void FrameRenderer::draw(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
+void FrameRenderer::draw(VulkanVolume& volume, const ResolvedView& view, const Plan& plan, const FrameOrder& order,
                          const OutputValues& values, const SampleRun& run, Frame& frame) {
   reserveOutputs(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height), plan, run);
   params_.mappedAs<gpu::FrameParams>()[0] = bindVolume(volume, view, plan);
@@ -289,7 +289,7 @@ void FrameRenderer::draw(VulkanVolume& volume, const View& view, const Plan& pla
   }
   frame.samples_drawn = run.end - run.begin;
   stats.finder_build = finder_build_;
-  drawBands(plan, options, values, run, frame);
+  drawBands(plan, order, values, run, frame);
   stats.queries = sum(counters[0].queries);
   stats.block_visits = sum(counters[0].block_visits);
   stats.subblock_visits = sum(counters[0].subblock_visits);
@@ -298,15 +298,16 @@ void FrameRenderer::draw(VulkanVolume& volume, const View& view, const Plan& pla
   stats.non_finite = sum(counters[0].non_finite);
 }
 
-Frame FrameRenderer::render(VulkanVolume& volume, const View& view, const RenderOptions& options) {
+Frame FrameRenderer::render(VulkanVolume& volume, const FrameOrder& order) {
+  const ResolvedView& view = order.view;
   const auto start = Clock::now();
-  probeFinders(volume, view, options);
-  Plan plan = blockwalk::plan(view, volume.info(), traits(volume), options.count, options.probe);
-  if (options.general) generalise(plan, volume.info());
-  return drawPlan(volume, view, plan, options, start);
+  probeFinders(volume, view, order);
+  Plan plan = blockwalk::plan(view, volume.info(), traits(volume), order.count, order.probe);
+  if (order.general) generalise(plan, volume.info());
+  return drawPlan(volume, view, plan, order, start);
 }
 
-Frame FrameRenderer::drawPlan(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
+Frame FrameRenderer::drawPlan(VulkanVolume& volume, const ResolvedView& view, const Plan& plan, const FrameOrder& order,
                               Clock::time_point start) {
   const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   Frame frame;
@@ -314,9 +315,9 @@ Frame FrameRenderer::drawPlan(VulkanVolume& volume, const View& view, const Plan
   frame.height = view.height;
   const OutputValues values(view, volume.info());
   values.prepare(frame);
-  if (options.probe) frame.probes.resize(pixels);
+  if (order.probe) frame.probes.resize(pixels);
   RenderStats& stats = frame.stats;
-  stats.rays = pixels * static_cast<std::size_t>(options.step ? options.step->end : view.samples);
+  stats.rays = pixels * static_cast<std::size_t>(order.step ? order.step->end : view.samples);
   stats.finder = finderName(static_cast<Finder>(plan.key.finder));
   const bool skips = plan.key.finder != gpu::kFinderNone;
   stats.walk = view.walk && skips;
@@ -327,9 +328,9 @@ Frame FrameRenderer::drawPlan(VulkanVolume& volume, const View& view, const Plan
   if (plan.is_blank) {
     if (isPicture(view.output)) fillBackground(view, frame);
   } else {
-    if (options.rebuild) regions_.forget();
-    run = startRun(volume, view, plan, options);
-    draw(volume, view, plan, options, values, run, frame);
+    if (order.rebuild) regions_.forget();
+    run = startRun(volume, view, plan, order);
+    draw(volume, view, plan, order, values, run, frame);
   }
   stats.total_ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();
   finishRun(run, view, frame);

@@ -21,22 +21,22 @@ class FrameRenderer {
  public:
   FrameRenderer(Device& device, const DeviceOptions& options);
 
-  Frame render(VulkanVolume& volume, const View& view, const RenderOptions& options);
+  Frame render(VulkanVolume& volume, const FrameOrder& order);
   // Makes resident what the view needs, without drawing.
-  void prepare(VulkanVolume& volume, const View& view);
+  void prepare(VulkanVolume& volume, const ResolvedView& view);
 
  private:
-  gpu::FrameParams bindVolume(VulkanVolume& volume, const View& view, const Plan& plan);
-  void bindRegion(VulkanVolume& volume, ResidentLevel& level, const View& view, const Plan& plan,
+  gpu::FrameParams bindVolume(VulkanVolume& volume, const ResolvedView& view, const Plan& plan);
+  void bindRegion(VulkanVolume& volume, ResidentLevel& level, const ResolvedView& view, const Plan& plan,
                   gpu::FrameParams& params);
-  void bindTable(const View& view, const VulkanVolume& volume, const Plan& plan, const ChannelPlan& drawn,
+  void bindTable(const ResolvedView& view, const VulkanVolume& volume, const Plan& plan, const ChannelPlan& drawn,
                  gpu::DrawnChannel& params);
   DeviceTraits traits(const VulkanVolume& volume) const;
-  void probeFinders(VulkanVolume& volume, const View& view, const RenderOptions& options);
+  void probeFinders(VulkanVolume& volume, const ResolvedView& view, const FrameOrder& order);
   void generalise(Plan& plan, const VolumeInfo& info) const;
   using Clock = std::chrono::steady_clock;
   // `start`: since when whoever asked for the frame has waited.
-  Frame drawPlan(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
+  Frame drawPlan(VulkanVolume& volume, const ResolvedView& view, const Plan& plan, const FrameOrder& order,
                  Clock::time_point start);
   // Which samples to draw, and where their sums are: kept for the whole picture, or else a band's alone.
   struct SampleRun {
@@ -44,13 +44,13 @@ class FrameRenderer {
     int end = 1;
     KeptPicture* kept = nullptr;
   };
-  SampleRun startRun(const VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options);
-  void finishRun(const SampleRun& run, const View& view, const Frame& frame);
+  SampleRun startRun(const VulkanVolume& volume, const ResolvedView& view, const Plan& plan, const FrameOrder& order);
+  void finishRun(const SampleRun& run, const ResolvedView& view, const Frame& frame);
   void reserveOutputs(std::size_t pixels, const Plan& plan, const SampleRun& run);
-  bool drawSamples(const Plan& plan, const RenderOptions& options, Band band, int end, Frame& frame);
-  void drawBands(const Plan& plan, const RenderOptions& options, const OutputValues& values, const SampleRun& run,
+  bool drawSamples(const Plan& plan, const FrameOrder& order, Band band, int end, Frame& frame);
+  void drawBands(const Plan& plan, const FrameOrder& order, const OutputValues& values, const SampleRun& run,
                  Frame& frame);
-  void draw(VulkanVolume& volume, const View& view, const Plan& plan, const RenderOptions& options,
+  void draw(VulkanVolume& volume, const ResolvedView& view, const Plan& plan, const FrameOrder& order,
             const OutputValues& values, const SampleRun& run, Frame& frame);
 
   // What a channel's baked transfer function depends on, and its tables on the device.

@@ -38,12 +38,35 @@ class VulkanRenderer final : public Renderer {
     });
   }
 
-  Frame render(ResidentVolume& volume, const View& view, const RenderOptions& options) override {
-    return guarded(
-        [&] { return frames_.render(dynamic_cast<VulkanVolume&>(volume), resolveView(view, volume.info()), options); });
+  std::unique_ptr<FrameInProgress> begin(ResidentVolume& volume, FrameOrder order) override {
+    return std::make_unique<WholeFrame>(*this, dynamic_cast<VulkanVolume&>(volume), std::move(order));
   }
 
  private:
+  class WholeFrame final : public FrameInProgress {
+   public:
+    WholeFrame(VulkanRenderer& renderer, VulkanVolume& volume, FrameOrder order)
+        : renderer_(renderer), volume_(volume), order_(std::move(order)) {}
+
+    bool advance() override {
+      renderer_.guarded([&] {
+        if (order_.prepare_only) {
+          renderer_.frames_.prepare(volume_, order_.view);
+        } else {
+          frame_ = renderer_.frames_.render(volume_, order_);
+        }
+      });
+      return false;
+    }
+    Frame finish() override { return std::move(frame_); }
+
+   private:
+    VulkanRenderer& renderer_;
+    VulkanVolume& volume_;
+    FrameOrder order_;
+    Frame frame_;
+  };
+
   Device device_;
   FrameRenderer frames_;
   std::uint64_t chunk_bytes_;

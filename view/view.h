@@ -81,17 +81,11 @@ struct ChannelView {
   bool operator==(const ChannelView&) const = default;
 };
 
-// What is absent is chosen for the volume by resolveView().
-struct View {
+// The members of a view that mean the same for every volume.
+struct ViewChoices {
   int width = 1024;
   int height = 768;
-  std::optional<glm::dvec3> eye;       // world
-  std::optional<glm::dvec3> target;    // world; default the volume's centre
-  std::optional<glm::dvec3> up;        // default +y
-  double fov_degrees = 40;             // vertical
-  std::optional<double> ortho_height;  // world; orthographic when present
-  std::vector<int> drawn;              // channels of the volume; empty: all
-  std::array<ChannelView, kMaxChannels> channels;
+  double fov_degrees = 40;  // vertical
   Mode mode = Mode::blend;
   Filter filter = Filter::nearest;
   double step = 0.5;  // sample distance of the linear filter, voxels of the level drawn
@@ -99,10 +93,9 @@ struct View {
   double termination =
       1.0 / 1024;  // blend: a ray of which less transmittance is left stops; half an 8-bit step at most
   bool lit = false;
-  std::optional<double> iso;  // data units; mode iso, default the middle of the first drawn channel's range
-  double extinction = 0.2;    // rgba8: per unit distance at density 255
+  double extinction = 0.2;  // rgba8: per unit distance at density 255
   TransferShape transfer_shape = TransferShape::linear;
-  std::optional<ClipBox> clip;
+  std::optional<ClipBox> clip;    // none: nothing is clipped
   std::vector<ClipPlane> planes;  // at most kMaxPlanes, beside the clip box
   int level = kAutoLevel;
   std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity
@@ -112,19 +105,19 @@ struct View {
   bool cull = true;
   Output output = Output::color;
   int samples = 1;  // rays a pixel, 1: through its centre; more: output color
-  bool operator==(const View&) const = default;
+  bool operator==(const ViewChoices&) const = default;
 };
 
-// An orthonormal camera in world space. right, up and forward are unit vectors; right-handed: forward = up x right,
-// that is -z looks forward when right is +x and up is +y.
-struct Camera {
-  glm::dvec3 eye{0};
-  glm::dvec3 right{1, 0, 0};
-  glm::dvec3 up{0, 1, 0};
-  glm::dvec3 forward{0, 0, -1};
-  bool orthographic = false;
-  double half_height = 0;  // perspective: tan(fov / 2); orthographic: half the world height
-  double half_width = 0;
+// What is asked for. What is absent is chosen for the volume by resolveView() (view/resolved_view.h).
+struct View : ViewChoices {
+  std::optional<glm::dvec3> eye;       // world
+  std::optional<glm::dvec3> target;    // world; default the volume's centre
+  std::optional<glm::dvec3> up;        // default +y
+  std::optional<double> ortho_height;  // world; orthographic when present
+  std::vector<int> drawn;              // channels of the volume; empty: all
+  std::array<ChannelView, kMaxChannels> channels;
+  std::optional<double> iso;  // data units; mode iso, default the middle of the first drawn channel's range
+  bool operator==(const View&) const = default;
 };
 
 // A view that cannot be drawn: `field` is the name of INTERFACE's view member that is to blame.
@@ -132,16 +125,6 @@ struct ViewError : DataError {
   ViewError(std::string field_name, const std::string& detail) : DataError(detail), field(std::move(field_name)) {}
   std::string field;
 };
-
-// Fills every absent member from the volume: eye, target, up, iso, the drawn channels, which ascend, and range and
-// transfer of every channel of the volume. Throws ViewError where the view is undefined for this volume: eye = target,
-// up parallel to the view, a channel that is not there, a range inverted, a transfer function for rgba8, a level that
-// is not there, a clip box inverted, a plane without a direction, the depth of a mode that shows no point, several
-// samples of what is no colour.
-View resolveView(const View& view, const VolumeInfo& info);
-
-// The camera of a resolved view.
-Camera makeCamera(const View& resolved);
 
 // The points of a preset for a channel; automatic: from the histogram, transparent below the body of the data, above it
 // a warm ramp or, of several channels, one from dark to full in the channel's colour. The colour maps run over the body

@@ -42,7 +42,7 @@ View defaultLook(const ExperimentOptions& options, const VolumeInfo& info) {
   view.height = options.height;
   view.filter = Filter::linear;
   view.level = 0;
-  return resolveView(view, info);
+  return spellOut(resolveView(view, info));
 }
 
 std::vector<Setting> settingsFor(const View& base, const VolumeInfo& info) {
@@ -130,7 +130,7 @@ json measure(Renderer& renderer, ResidentVolume& volume, const Setting& setting,
   View view = setting.view;
   view.width = std::max(1, view.width / setting.scale);
   view.height = std::max(1, view.height / setting.scale);
-  const RenderOptions options{.count = false};
+  const FrameOrder options{.count = false};
   std::vector<double> times;
   Frame frame;
   for (int i = 0; i <= repeats; ++i) {

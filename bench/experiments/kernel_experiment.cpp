@@ -110,7 +110,7 @@ bool isNeeded(const ResidentPart& part, const Plan& plan) {
 }
 
 // The parts of a volume of which everything is resident: those that the scene asks for, and the others.
-json residency(const ResidentVolume& volume, const View& view, const Plan& plan) {
+json residency(const ResidentVolume& volume, const ResolvedView& view, const Plan& plan) {
   std::map<std::string, std::uint64_t> needed, left_out;
   for (const ResidentPart& part : volume.parts()) {
     const std::string what = part.what + (part.apron ? " with ring" : "");
@@ -186,13 +186,13 @@ json runKernelExperiment(const ExperimentOptions& options) {
     view.width = options.width;
     view.height = options.height;
     scene.look(view, volume->info());
-    view = resolveView(view, volume->info());
-    const Plan plan = blockwalk::plan(view, volume->info(), traits, false, false);
+    const ResolvedView resolved = resolveView(view, volume->info());
+    const Plan plan = blockwalk::plan(resolved, volume->info(), traits, false, false);
     json entry = measureScene(*renderer, *volume, view, plan, options.samples);
     entry["name"] = scene.name;
     entry["general_instructions"] = general_instructions;
     askForEverything(*renderer, *volume);
-    entry.update(residency(*volume, view, plan));
+    entry.update(residency(*volume, resolved, plan));
     ratios.push_back(entry["ratio"]);
     result["scenes"].push_back(std::move(entry));
   }

@@ -38,7 +38,7 @@ std::vector<Choice> choices(bool ray_query) {
 }
 
 View blocksView(const PaperScene& scene, const ExperimentOptions& options, const VolumeInfo& info) {
-  View view = resolveView(pictureOf(options), info);
+  View view = spellOut(resolveView(pictureOf(options), info));
   if (scene.threshold > 0) {
     const double most = info.channels[0].dataFromStored(info.channels[0].density_max);
     view.channels[0].range = DensityRange{.lo = scene.threshold, .hi = most};

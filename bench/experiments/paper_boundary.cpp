@@ -45,7 +45,7 @@ View boundaryView(const ExperimentOptions& options, const VolumeInfo& info) {
   View view = pictureOf(options);
   view.filter = Filter::linear;
   view.lit = true;
-  return resolveView(view, info);
+  return spellOut(resolveView(view, info));
 }
 
 // The left half drawn without skipping, the right half with: pictures of colour show no seam, those of cost do.

@@ -52,7 +52,7 @@ json runPaperOctree(const ExperimentOptions& options) {
           View view = pictureOf(options);
           view.extinction = matter.extinction;
           view.level = level;
-          view = resolveView(view, info);
+          view = spellOut(resolveView(view, info));
           view.eye = *view.target + glm::normalize(*view.eye - *view.target) * (distance.diagonals * diagonal);
           const std::string name =
               fmt::format("{}, {}, {}, level {}", file.name, matter.name, distance.name, level == 0 ? "0" : "auto");

@@ -111,7 +111,7 @@ struct RenderCommand {
     for (int i = 0; i < repeat; ++i) {
       // Counting takes time of its own: what is timed again and again counts in its last frame alone.
       const bool count = !stats_file.empty() && i == repeat - 1;
-      frame = renderer->render(*volume, wanted.view, RenderOptions{.count = count});
+      frame = renderer->render(*volume, wanted.view, {.count = count});
       times.gpu_ms.push_back(frame.stats.gpu_ms);
       times.total_ms.push_back(frame.stats.total_ms);
     }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "renderer/vulkan/buffer.h"
+#include "volume/volume.h"
 
 namespace blockwalk {
 

@@ -99,11 +99,11 @@ double anchorDepth(const Camera& camera, const WorldBox& box) {
   return depth > radius ? depth : 0;
 }
 
-gpu::FrameParams makeFrameParams(const View& view, const VolumeInfo& info, const Plan& plan) {
+gpu::FrameParams makeFrameParams(const ResolvedView& view, const VolumeInfo& info, const Plan& plan) {
   gpu::FrameParams params{};
   const glm::dmat4 level_from_world = levelFromWorld(info, plan.level);
   params.box_max = glm::vec3(glm::dvec3(info.dims) * std::ldexp(1.0, -plan.level));
-  const Camera camera = makeCamera(view);
+  const Camera& camera = view.camera;
   setRays(camera, info, level_from_world, params);
   if (plan.key.lit != 0) setLight(camera, glm::dmat3(level_from_world), params);
   params.step_voxels = static_cast<float>(view.step);

@@ -28,9 +28,9 @@ glm::dvec2 depthRange(const Camera& camera, const VolumeInfo& info) {
 
 }  // namespace
 
-OutputValues::OutputValues(const View& view, const VolumeInfo& info)
+OutputValues::OutputValues(const ResolvedView& view, const VolumeInfo& info)
     : view_(view),
-      camera_(makeCamera(view)),
+      camera_(view.camera),
       box_(worldBox(info)),
       depth_range_(depthRange(camera_, info)),
       anchor_depth_(anchorDepth(camera_, box_)) {}

@@ -5,14 +5,14 @@
 
 #include <span>
 
-#include "renderer/renderer.h"
+#include "view/frame.h"
+#include "view/resolved_view.h"
 
 namespace blockwalk {
 
 class OutputValues {
  public:
-  // `view` is resolved.
-  OutputValues(const View& view, const VolumeInfo& info);
+  OutputValues(const ResolvedView& view, const VolumeInfo& info);
 
   // Sizes the frame's pixels or values for the view's output; values hold nothing.
   void prepare(Frame& frame) const;
@@ -24,7 +24,7 @@ class OutputValues {
   glm::dvec2 slopeOf(int column, int row) const;
   glm::dvec3 pointAt(double depth, glm::dvec2 slope) const;
 
-  View view_;
+  ResolvedView view_;
   Camera camera_;
   WorldBox box_;
   glm::dvec2 depth_range_{0};  // of the volume's box, before the eye

@@ -44,9 +44,9 @@ DensityRange transferSupport(const std::vector<TransferPoint>& points, TransferS
 bool isScalar(const VolumeInfo& info) { return info.type != VoxelType::rgba8; }
 
 // In these modes a scalar's opacity says what is visible.
-bool looksAtOpacity(const View& view) { return view.mode == Mode::blend || view.mode == Mode::first_hit; }
+bool looksAtOpacity(const ResolvedView& view) { return view.mode == Mode::blend || view.mode == Mode::first_hit; }
 
-void refuseWhatIsNotDefined(const View& view, const VolumeInfo& info) {
+void refuseWhatIsNotDefined(const ResolvedView& view, const VolumeInfo& info) {
   if (view.classification != Classification::pre_integrated) return;
   if (view.filter != Filter::linear || view.mode != Mode::blend) {
     throw ViewError("classification", "pre-integrated: needs filter=linear and mode=blend");
@@ -54,7 +54,7 @@ void refuseWhatIsNotDefined(const View& view, const VolumeInfo& info) {
   if (!isScalar(info)) throw ViewError("classification", "pre-integrated: needs a scalar volume, this one is rgba8");
 }
 
-Finder chooseFinder(const View& view, const VolumeInfo& info, int level, const DeviceTraits& device) {
+Finder chooseFinder(const ResolvedView& view, const VolumeInfo& info, int level, const DeviceTraits& device) {
   const std::uint64_t blocks = info.levels[static_cast<std::size_t>(level)].block_count;
   const bool can_query = device.ray_query && blocks <= device.max_instances;
   const bool asks_rays =
@@ -80,7 +80,7 @@ constexpr std::uint64_t kMaxMacrocells = std::uint64_t{1} << 24;
 
 // A macrocell is never a part of a subblock, whose range is all that is known of it. Where blocks are counted it is a
 // block: else one would count as often as the ray enters something active in it.
-int chooseMacrocell(const View& view, const VolumeInfo& info) {
+int chooseMacrocell(const ResolvedView& view, const VolumeInfo& info) {
   if (view.mode == Mode::blocks) return info.blockVoxels();
   if (view.macrocell == kAutoMacrocell) return std::max(8, info.subblock_side);
   if (view.macrocell >= info.subblock_side) return view.macrocell;
@@ -139,7 +139,7 @@ ClipPlane normalized(const ClipPlane& plane) {
 }
 
 // What is drawn of the channels: those that can be seen, and of an iso surface the first alone.
-std::vector<ChannelPlan> planChannels(const View& view, const VolumeInfo& info) {
+std::vector<ChannelPlan> planChannels(const ResolvedView& view, const VolumeInfo& info) {
   std::vector<ChannelPlan> channels;
   const std::size_t count = view.mode == Mode::iso ? 1 : view.drawn.size();
   for (std::size_t i = 0; i < count; ++i) {
@@ -166,7 +166,7 @@ bool isOpen(const std::vector<ChannelPlan>& channels, const VolumeInfo& info) {
 
 // Whether colour and opacity change so little from an entry of a channel's table to the next that the nearest one is
 // right to a quarter of an 8-bit step in colour, and to a sixteenth in the opacity of a step.
-bool isFine(const View& view, const ChannelInfo& info, const ChannelPlan& channel) {
+bool isFine(const ResolvedView& view, const ChannelInfo& info, const ChannelPlan& channel) {
   const std::vector<TransferPoint>& points = view.channels[channel.channel].transfer;
   if (view.transfer_shape != TransferShape::linear) return false;
   const double width = std::max<double>(std::min<double>(channel.range.hi, info.density_max), channel.range.lo) -
@@ -222,16 +222,16 @@ std::string describe(const KernelKey& key) {
   return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
 }
 
-StoredRange visibleRange(const View& view, const VolumeInfo& info, std::size_t number) {
+StoredRange visibleRange(const ResolvedView& view, const VolumeInfo& info, std::size_t number) {
   const ChannelInfo& channel = info.channels[number];
-  const ChannelView& look = view.channels[number];
+  const ResolvedChannel& look = view.channels[number];
   const bool whole_numbers = info.type != VoxelType::f32 && view.filter == Filter::nearest;
   const auto stored = [&](const DensityRange& data) {
     const StoredRange range{.lo = floatAtLeast(channel.storedFromData(data.lo)),
                             .hi = floatAtMost(channel.storedFromData(data.hi))};
     return whole_numbers ? StoredRange{.lo = std::ceil(range.lo), .hi = std::floor(range.hi)} : range;
   };
-  StoredRange range = stored(view.mode == Mode::iso ? DensityRange{*view.iso, kInfinity} : *look.range);
+  StoredRange range = stored(view.mode == Mode::iso ? DensityRange{view.iso, kInfinity} : look.range);
   const float above_empty = whole_numbers
                                 ? std::floor(channel.empty_threshold) + 1
                                 : std::nextafter(channel.empty_threshold, std::numeric_limits<float>::infinity());
@@ -247,7 +247,7 @@ StoredRange visibleRange(const View& view, const VolumeInfo& info, std::size_t n
   return {.lo = std::max(range.lo, support.lo), .hi = std::min(range.hi, support.hi)};
 }
 
-std::vector<ClipPlane> cuttingPlanes(const View& view, const VolumeInfo& info) {
+std::vector<ClipPlane> cuttingPlanes(const ResolvedView& view, const VolumeInfo& info) {
   std::vector<ClipPlane> planes;
   for (int axis = 0; view.clip && axis < 3; ++axis) {
     glm::dvec3 normal(0);
@@ -263,8 +263,8 @@ std::vector<ClipPlane> cuttingPlanes(const View& view, const VolumeInfo& info) {
   return planes;
 }
 
-int chooseLevel(const View& view, const VolumeInfo& info) {
-  const Camera camera = makeCamera(view);
+int chooseLevel(const ResolvedView& view, const VolumeInfo& info) {
+  const Camera& camera = view.camera;
   const double pixel_slope = 2 * camera.half_height / view.height;
   double pixel = pixel_slope;  // world size of a pixel
   if (!camera.orthographic) {
@@ -280,7 +280,7 @@ int chooseLevel(const View& view, const VolumeInfo& info) {
   return static_cast<int>(std::min(std::floor(std::log2(voxels)), static_cast<double>(last)));
 }
 
-Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe) {
+Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe) {
   refuseWhatIsNotDefined(view, info);
   Plan plan;
   plan.level = view.level == kAutoLevel ? chooseLevel(view, info) : view.level;

@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "view/view.h"
+#include "view/resolved_view.h"
 
 namespace blockwalk {
 
@@ -62,7 +62,7 @@ struct DeviceTraits {
 
 // The planes of the view's clip box and its own, of those that cut the volume's box: the others exclude nothing of it.
 // Normals are unit vectors. Planes that leave nothing of the volume are kept.
-std::vector<ClipPlane> cuttingPlanes(const View& view, const VolumeInfo& info);
+std::vector<ClipPlane> cuttingPlanes(const ResolvedView& view, const VolumeInfo& info);
 
 // A channel that can be seen.
 struct ChannelPlan {
@@ -88,22 +88,22 @@ struct Plan {
   bool needs_integrals = false;  // of the table, for pre-integration
   bool needs_masks = false;      // minimum, maximum and range mask of subblocks
   bool needs_cells = false;      // which cells of subblocks may show something
-  bool general = false;          // RenderOptions::general: `key` is read at run time
+  bool general = false;          // FrameOrder::general: `key` is read at run time
   bool is_blank = false;         // nothing can be seen: no kernel at all, only background
 
   bool needsRegion() const { return needs_clusters || needs_boundary; }
   bool queriesRays() const { return needs_instances || needsRegion(); }
 };
 
-// `view` is resolved. `count` and `probe` as in RenderOptions. Throws ViewError where the device cannot do what is
+// `count` and `probe` as in FrameOrder. Throws ViewError where the device cannot do what is
 // asked.
-Plan plan(const View& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe);
+Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe);
 
 // The level whose voxels are about as large as a pixel where the volume is nearest; never coarser than a pixel there.
-int chooseLevel(const View& view, const VolumeInfo& info);
+int chooseLevel(const ResolvedView& view, const VolumeInfo& info);
 
 // A channel's range in the view and, for scalars in blend and first-hit, what its transfer function shows, without
 // empty voxels.
-StoredRange visibleRange(const View& view, const VolumeInfo& info, std::size_t number);
+StoredRange visibleRange(const ResolvedView& view, const VolumeInfo& info, std::size_t number);
 
 }  // namespace blockwalk

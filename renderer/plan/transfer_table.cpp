@@ -45,7 +45,7 @@ std::uint64_t entryOf(const TransferPoint& point, double unit_distance) {
   return color << 32 | std::bit_cast<std::uint32_t>(extinction);
 }
 
-bool isExact(const View& view, const VolumeInfo& info) {
+bool isExact(const ResolvedView& view, const VolumeInfo& info) {
   return info.type != VoxelType::f32 && view.filter == Filter::nearest &&
          (view.mode == Mode::blend || view.mode == Mode::first_hit);
 }
@@ -116,7 +116,8 @@ void integrate(const TransferFunction& transfer, ValueOf value, double device_pe
 
 }  // namespace
 
-TransferTable bakeTransfer(const View& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn) {
+TransferTable bakeTransfer(const ResolvedView& view, const VolumeInfo& info, const Plan& plan,
+                           const ChannelPlan& drawn) {
   const ChannelInfo& channel = info.channels[drawn.channel];
   const TransferFunction transfer{.points = view.channels[drawn.channel].transfer,
                                   .shape = view.transfer_shape,

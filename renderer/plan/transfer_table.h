@@ -28,7 +28,8 @@ constexpr int kTableEntries = 16384;
 // Extinction a unit distance that stands for an opacity of 1: opaque after 2e-5 of it.
 constexpr double kOpaqueExtinction = 1e6;
 
-// Of one of the plan's channels. `view` is resolved; `plan` is plan()'s for it and needs a table.
-TransferTable bakeTransfer(const View& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn);
+// Of one of the plan's channels. `plan` is plan()'s for it and needs a table.
+TransferTable bakeTransfer(const ResolvedView& view, const VolumeInfo& info, const Plan& plan,
+                           const ChannelPlan& drawn);
 
 }  // namespace blockwalk

@@ -31,7 +31,7 @@ std::vector<DensityRange> opaqueStretches(const std::vector<TransferPoint>& poin
 
 }  // namespace
 
-std::vector<StoredRange> visibleDensities(const View& view, const VolumeInfo& info, const ChannelPlan& drawn,
+std::vector<StoredRange> visibleDensities(const ResolvedView& view, const VolumeInfo& info, const ChannelPlan& drawn,
                                           float table_scale) {
   const StoredRange range = onDevice(drawn.range, info, drawn.channel);
   const bool looks_at_opacity = view.mode == Mode::blend || view.mode == Mode::first_hit;

@@ -11,8 +11,8 @@ namespace blockwalk {
 // Ascending intervals, both ends included, in densities as they are on the device (renderer/plan/density_scale.h).
 // Outside of them nothing is visible; inside something may be. Where the mode looks at opacity, a transfer function's
 // transparent stretches are left out, but for their first and last two table entries, between which the kernel
-// interpolates. `view` is resolved; `table_scale` is TransferTable::scale, read only where there is a table.
-std::vector<StoredRange> visibleDensities(const View& view, const VolumeInfo& info, const ChannelPlan& drawn,
+// interpolates. `table_scale` is TransferTable::scale, read only where there is a table.
+std::vector<StoredRange> visibleDensities(const ResolvedView& view, const VolumeInfo& info, const ChannelPlan& drawn,
                                           float table_scale);
 
 }  // namespace blockwalk

@@ -5,7 +5,7 @@
 
 namespace blockwalk {
 
-KeptPicture* KeptSums::take(const SampleStep& step, std::uint64_t volume, const View& view) {
+KeptPicture* KeptSums::take(const SampleStep& step, std::uint64_t volume, const ResolvedView& view) {
   const auto found = std::ranges::find(pictures_, step.owner, &KeptPicture::owner);
   if (found != pictures_.end()) {
     const bool goes_on =

@@ -10,16 +10,16 @@
 #include <cstdint>
 #include <list>
 
-#include "renderer/renderer.h"
 #include "renderer/vulkan/buffer.h"
 #include "shaders/kernel_interface.h"
+#include "view/frame_order.h"
 
 namespace blockwalk {
 
 struct KeptPicture {
   std::uint64_t owner = 0;
   std::uint64_t volume = 0;  // serial number of the volume
-  View view;
+  ResolvedView view;
   int samples = 0;  // that the sums hold; 0: they have to be taken anew
   Buffer sums;      // vec4 a pixel of the whole picture, row by row
   // Of all those samples, so that the picture's stats are what they are when it is drawn at once.
@@ -34,7 +34,7 @@ class KeptSums {
 
   // The owner's picture for a step that goes on after `step.begin` samples. Its `samples` are those or 0. Null where
   // the view has more pixels than may be kept. Valid until the next call. Throws DeviceError.
-  KeptPicture* take(const SampleStep& step, std::uint64_t volume, const View& view);
+  KeptPicture* take(const SampleStep& step, std::uint64_t volume, const ResolvedView& view);
   // Its memory goes back to the device.
   void drop(std::uint64_t owner);
 

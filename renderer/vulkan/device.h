@@ -4,7 +4,8 @@
 
 #include <vulkan/vulkan_raii.hpp>
 
-#include "renderer/renderer.h"
+#include "renderer/device_options.h"
+#include "view/device_info.h"
 
 namespace blockwalk {
 

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <unordered_map>
 
-#include "renderer/renderer.h"
+#include "view/device_info.h"
 
 namespace blockwalk {
 namespace {

@@ -222,23 +222,21 @@ class ImageJobLease {
 
 asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, const ImageJob& job) {
   ServerState& state = context_.state;
-  if (state.counters.image_jobs >= options_.max_image_jobs || !context_.frames.hasRoom(job.request.view)) {
+  if (state.counters.image_jobs >= options_.max_image_jobs || !context_.frames.hasRoom(job.view)) {
     HttpReply reply = problemReply({.status = 429, .detail = "as many images wait as may", .field = {}});
     reply.fields.emplace_back("Retry-After", "1");
     co_return reply;
   }
   const ImageJobLease lease(state);
-  FrameOrder order{.client = client_,
+  ImageOrder order{.client = client_,
                    .volume = job.volume,
-                   .view = job.request.view,
-                   .format = job.request.format,
-                   .quality = job.request.quality,
-                   .count = true,
-                   .cancel = std::make_shared<std::atomic<bool>>(false)};
+                   .format = job.format,
+                   .quality = job.quality,
+                   .frame = {.view = job.view, .cancel = std::make_shared<std::atomic<bool>>(false)}};
   MadeFrame made = co_await context_.frames.make(std::move(order));
   if (made.cancelled) co_return problemReply({.status = 503, .detail = "the server is ending", .field = {}});
   HttpReply reply{.status = 200,
-                  .type = std::string(imageMimeType(job.request.format)),
+                  .type = std::string(imageMimeType(job.format)),
                   .fields = {},
                   .body = std::make_shared<const std::vector<std::byte>>(std::move(made.bytes))};
   reply.room = made.room;
@@ -246,8 +244,8 @@ asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, c
   reply.fields.emplace_back("ETag", job.etag);
   reply.fields.emplace_back("Cache-Control", "no-cache");
   reply.fields.emplace_back("X-Blockwalk-Stats", writeJson(statsJson(made.stats)));
-  if (job.request.format == ImageFormat::raw) {
-    reply.fields.emplace_back("X-Blockwalk-Raw", writeJson(rawJson(job.request.view)));
+  if (job.format == ImageFormat::raw) {
+    reply.fields.emplace_back("X-Blockwalk-Raw", writeJson(rawJson(job.view)));
   }
   co_return reply;
 }

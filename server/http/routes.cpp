@@ -129,7 +129,8 @@ RouteResult routeImage(const HttpRequest& request, const ServerState& state, std
   const ServedVolume& volume = state.volumes.at(index);
   const ImageRequest image = readImageRequest(request);
   requireReady(volume, state);
-  resolveView(image.view, *volume.loaded.info);  // an undefined view is refused here, before it waits for the device
+  // An undefined view is refused here, before it waits for the device.
+  ResolvedView view = resolveView(image.view, *volume.loaded.info);
   const std::string_view type = imageMimeType(image.format);
   if (!acceptsType(request, type)) refuse(406, fmt::format("this image is {}", type), "Accept");
   const std::string etag = imageTag(volume, image, state);
@@ -141,7 +142,8 @@ RouteResult routeImage(const HttpRequest& request, const ServerState& state, std
     reply.fields.emplace_back("Cache-Control", "no-cache");
     return reply;
   }
-  return ImageJob{.volume = index, .request = image, .etag = etag};
+  return ImageJob{
+      .volume = index, .view = std::move(view), .format = image.format, .quality = image.quality, .etag = etag};
 }
 
 RouteResult routeVolume(const HttpRequest& request, const ServerState& state, std::string_view rest) {

@@ -9,12 +9,15 @@
 #include "protocol/view_fields.h"
 #include "server/http/message.h"
 #include "server/server_state.h"
+#include "view/resolved_view.h"
 
 namespace blockwalk {
 
 struct ImageJob {
   std::size_t volume = 0;
-  ImageRequest request;
+  ResolvedView view;
+  ImageFormat format = ImageFormat::png;
+  int quality = 85;
   std::string etag;
 };
 

@@ -10,7 +10,7 @@ namespace blockwalk {
 namespace {
 
 // In words of a colour's size; a position has three.
-std::int64_t pixelCount(const View& view) {
+std::int64_t pixelCount(const ViewChoices& view) {
   const std::int64_t words = view.output == Output::position ? 3 : 1;
   return words * view.width * view.height;
 }
@@ -55,20 +55,15 @@ EncodeResult encodeTimed(const Frame& frame, ImageFormat format, int quality) {
 
 }  // namespace
 
-bool FrameMaker::hasRoom(const View& view) const {
+bool FrameMaker::hasRoom(const ViewChoices& view) const {
   // One that is larger than all the room goes alone.
   return state_.pending_pixels == 0 || state_.pending_pixels + pixelCount(view) <= state_.maxPixels();
 }
 
-boost::asio::awaitable<MadeFrame> FrameMaker::make(FrameOrder order) {
-  const auto room = std::make_shared<PixelLease>(state_, pixelCount(order.view));
+boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
+  const auto room = std::make_shared<PixelLease>(state_, pixelCount(order.frame.view));
   const auto render = [&](std::function<void(RenderResult)> done) {
-    renderer_.submit(order.client, {.volume = order.volume,
-                                    .view = order.view,
-                                    .count = order.count,
-                                    .step = order.step,
-                                    .cancel = order.cancel,
-                                    .done = std::move(done)});
+    renderer_.submit(order.client, {.volume = order.volume, .frame = order.frame, .done = std::move(done)});
   };
   RenderResult rendered = co_await awaitResult<RenderResult>(render);
   if (rendered.error) std::rethrow_exception(rendered.error);

@@ -16,15 +16,12 @@
 
 namespace blockwalk {
 
-struct FrameOrder {
+struct ImageOrder {
   std::uint64_t client = 0;  // that the device time is charged to
   std::size_t volume = 0;
-  View view;
   ImageFormat format = ImageFormat::png;
   int quality = 85;
-  bool count = true;
-  std::optional<SampleStep> step = {};  // of a refinement
-  std::shared_ptr<std::atomic<bool>> cancel;
+  FrameOrder frame{};
 };
 
 struct MadeFrame {
@@ -43,10 +40,10 @@ class FrameMaker {
       : state_(state), renderer_(renderer), encoders_(encoders) {}
 
   // Would a frame of this size exceed the pixels that may be under way at the same time?
-  bool hasRoom(const View& view) const;
+  bool hasRoom(const ViewChoices& view) const;
   // Throws what the renderer or the encoder threw. Pass an order that has a name: GCC 12 destroys a braced temporary
   // inside a co_await expression twice, which ends in a crash now and then.
-  boost::asio::awaitable<MadeFrame> make(FrameOrder order);
+  boost::asio::awaitable<MadeFrame> make(ImageOrder order);
   std::uint64_t newClient() { return ++last_client_; }
 
  private:

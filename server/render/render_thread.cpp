@@ -62,7 +62,7 @@ void RenderThread::run() {
     wake_.wait(lock, [this] { return stopping_ || queue_.size() > 0 || next_load_ < files_.size(); });
     if (stopping_) break;
     auto taken = queue_.take();
-    if (taken) running_cancel_ = taken->second.cancel;
+    if (taken) running_cancel_ = taken->second.frame.cancel;
     lock.unlock();
     if (taken) renderOne(taken->first, std::move(taken->second));
     if (next_load_ < files_.size()) loadNext();
@@ -108,8 +108,7 @@ RenderResult RenderThread::renderFrame(const RenderJob& job) {
   RenderResult result;
   try {
     if (volumes_[job.volume] == nullptr) throw VolumeError(failures_[job.volume]);
-    result.frame = renderer_->render(*volumes_[job.volume], job.view,
-                                     {.count = job.count, .cancel = job.cancel.get(), .step = job.step});
+    result.frame = renderer_->render(*volumes_[job.volume], job.frame);
     tellDevice();
   } catch (const ViewError&) {
     result.error = std::current_exception();

@@ -33,10 +33,7 @@ struct RenderResult {
 
 struct RenderJob {
   std::size_t volume = 0;  // index of the file
-  View view;
-  bool count = true;
-  std::optional<SampleStep> step;
-  std::shared_ptr<std::atomic<bool>> cancel;
+  FrameOrder frame;
   std::function<void(RenderResult)> done;  // called once, unless the thread is stopped first
 };
 

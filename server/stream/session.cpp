@@ -29,7 +29,7 @@ constexpr int kMaxBadMessages = 256;  // in a row
 constexpr std::chrono::milliseconds kRoomTime{20};
 
 // Whether sums are kept between the steps of a refinement; else it has one step.
-bool keepsSums(const View& view) {
+bool keepsSums(const ViewChoices& view) {
   return view.samples > 1 && std::int64_t{view.width} * view.height <= kMaxRefinedPixels;
 }
 
@@ -57,7 +57,8 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   void push(std::string text) { outbox_.push(std::move(text)); }
   asio::awaitable<void> throttle();
   asio::awaitable<void> paintOne(PaceStep step);
-  FrameOrder orderOf(const PaceStep& step) const;
+  ImageOrder orderOf(const PaceStep& step) const;
+  ResolvedView resolve(const View& view) const;
 
   const std::unique_ptr<SessionPlace> place_;
   WebSocket socket_;
@@ -67,6 +68,7 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   const std::uint64_t client_;
   StreamPace pace_;
   ImageRequest request_;
+  ResolvedView view_;  // the request's
   std::uint64_t last_seq_ = 0;
   int bad_messages_ = 0;
   std::int64_t messages_in_second_ = 0;
@@ -186,9 +188,10 @@ void StreamSession::take(std::string_view text) {
 
 void StreamSession::apply(const ViewMessage& message) {
   ImageRequest changed = request_;
+  ResolvedView resolved;
   try {
     setViewFields(changed, message.members);
-    resolveView(changed.view, *context_.state.volumes.at(volume_).loaded.info);
+    resolved = resolve(changed.view);
   } catch (const ViewError& error) {
     throw MessageError({.status = 400, .detail = error.what(), .field = error.field}, message.id);
   }
@@ -202,6 +205,7 @@ void StreamSession::apply(const ViewMessage& message) {
                        message.id);
   }
   request_ = std::move(changed);
+  view_ = std::move(resolved);
   if (cancel_ && pace_.shouldCancel(step_, paint_begin_, now)) cancel_->store(true);
   paint_signal_.notify();
 }
@@ -235,15 +239,16 @@ asio::awaitable<void> StreamSession::paint() {
   }
 }
 
-FrameOrder StreamSession::orderOf(const PaceStep& step) const {
-  FrameOrder order{.client = client_,
+ResolvedView StreamSession::resolve(const View& view) const {
+  return resolveView(view, *context_.state.volumes.at(volume_).loaded.info);
+}
+
+ImageOrder StreamSession::orderOf(const PaceStep& step) const {
+  ImageOrder order{.client = client_,
                    .volume = volume_,
-                   .view = request_.view,
                    .format = request_.format,
                    .quality = step.quality,
-                   .count = true,
-                   .step = {},
-                   .cancel = cancel_};
+                   .frame = {.view = {}, .cancel = cancel_}};
   if (!step.is_last) {
     // JPEG is the quickest to make and send, but it has no opacity.
     const bool opaque = request_.view.background[3] == 255;
@@ -252,16 +257,19 @@ FrameOrder StreamSession::orderOf(const PaceStep& step) const {
     if (request_.format == ImageFormat::webp) order.quality = std::min(order.quality, kLosslessWebp - 1);
   }
   if (step.kind == PaceStep::Kind::still) {
-    if (keepsSums(request_.view)) {
-      order.step = SampleStep{.owner = client_, .begin = step.samples_begin, .end = step.samples_end};
+    order.frame.view = view_;
+    if (keepsSums(view_)) {
+      order.frame.step = SampleStep{.owner = client_, .begin = step.samples_begin, .end = step.samples_end};
     }
     return order;
   }
   const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * step.scale))); };
-  order.view.width = scaled(request_.view.width);
-  order.view.height = scaled(request_.view.height);
-  order.view.samples = 1;
-  order.count = false;
+  View small = request_.view;
+  small.width = scaled(small.width);
+  small.height = scaled(small.height);
+  small.samples = 1;
+  order.frame.view = resolve(small);
+  order.frame.count = false;
   return order;
 }
 
@@ -271,7 +279,7 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
   paint_begin_ = Clock::now();
   cancel_ = std::make_shared<std::atomic<bool>>(false);
   pace_.frameStarted(paint_begin_);
-  const FrameOrder order = orderOf(step);
+  const ImageOrder order = orderOf(step);
   MadeFrame made;
   std::exception_ptr thrown;
   try {

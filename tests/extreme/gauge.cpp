@@ -32,7 +32,7 @@ Built build(const Scenario& scenario) {
   Built built{.scene = Stage::makeScene(*scenario.source, scenario.build), .view = {}, .dense = {}};
   View view = scenario.view;
   if (view.level == kAutoLevel) view.level = 0;
-  built.view = resolveView(view, built.scene.info);
+  built.view = spellOut(resolveView(view, built.scene.info));
   built.dense = scenario.reference ? *scenario.reference : built.scene.dense(view.level);
   return built;
 }

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/view_fields.h"
+#include "view/resolved_view.h"
 
 namespace blockwalk {
 namespace {
@@ -78,8 +79,8 @@ TEST(VolumeJson, DefaultViewIsAViewOfThisVolume) {
   const nlohmann::json object = volumeJson(sampleInfo(), 1);
   ImageRequest request;
   setViewFields(request, object["default_view"]);
-  const View expected = resolveView(View{}, sampleInfo());
-  EXPECT_EQ(request.view.eye, expected.eye);
+  const ResolvedView expected = resolveView(View{}, sampleInfo());
+  EXPECT_EQ(request.view.eye, expected.camera.eye);
   EXPECT_EQ(request.view.channels[0].range, expected.channels[0].range);
   EXPECT_FALSE(request.view.channels[0].transfer.empty());
 }
@@ -88,7 +89,7 @@ TEST(VolumeJson, DefaultViewHasAnItemForEachChannel) {
   VolumeInfo info = sampleInfo();
   info.channels.push_back(info.channels[0]);
   info.channels[1].density_max = info.channels[0].density_min + 1;
-  const View expected = resolveView(View{}, info);
+  const ResolvedView expected = resolveView(View{}, info);
   ImageRequest request;
   setViewFields(request, volumeJson(info, 1)["default_view"]);
   for (std::size_t i = 0; i < 2; ++i) {

@@ -61,7 +61,7 @@ View openView(const VolumeInfo& info) {
   view.height = 96;
   view.level = 0;
   view.mode = Mode::blocks;
-  return resolveView(view, info);
+  return spellOut(resolveView(view, info));
 }
 
 class RangeTest : public BlocksTest, public ::testing::WithParamInterface<const char*> {};

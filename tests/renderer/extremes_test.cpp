@@ -60,7 +60,7 @@ class ExtremesTest : public RendererTest {
   }
 
   static void expectTruth(Scene& scene, const reference::DenseVolume& dense, const NamedView& named) {
-    View view = resolveView(named.view, scene.info);
+    View view = spellOut(resolveView(named.view, scene.info));
     const reference::Image expected = reference::renderImage(dense, view);
     View hit_view = view;
     hit_view.mode = Mode::first_hit;

@@ -34,7 +34,7 @@ class FramesTest : public RendererTest {
     view.width = 201;
     view.height = 150;
     view.level = 0;
-    return resolveView(view, info);
+    return spellOut(resolveView(view, info));
   }
 
   static std::unique_ptr<Renderer> other(DeviceOptions options, std::vector<std::string>& messages) {
@@ -77,8 +77,8 @@ TEST_F(FramesTest, ACancelledFrameStops) {
   Scene scene = makeScene(*makeSynthetic(severalMegabytes()));
   View view = viewOf(scene.info);
   view.width = view.height = 2048;
-  const std::atomic<bool> cancel{true};
-  const Frame frame = renderer().render(*scene.resident, view, {.cancel = &cancel});
+  const auto cancel = std::make_shared<std::atomic<bool>>(true);
+  const Frame frame = renderer().render(*scene.resident, view, {.cancel = cancel});
   EXPECT_TRUE(frame.cancelled);
   // The next frame is whole again.
   const View small = viewOf(scene.info);

@@ -105,10 +105,10 @@ TEST_F(MeshTest, EdgesAreWhereTheRayEntersWhatTheFinderHasFound) {
       View view = viewFrom(eye);
       view.finder = mesh.finder;
       view.macrocell = mesh.macrocell;
-      const View resolved = resolveView(view, scene.info);
+      const View resolved = spellOut(resolveView(view, scene.info));
       const Frame color = draw(scene, resolved);
       view.output = Output::mesh;
-      const Frame frame = draw(scene, resolveView(view, scene.info));
+      const Frame frame = draw(scene, spellOut(resolveView(view, scene.info)));
       for (std::size_t i = 0; i < frame.pixels.size(); ++i) {
         const auto width = static_cast<std::size_t>(view.width);
         const reference::CutRay cut =
@@ -136,11 +136,11 @@ TEST_F(MeshTest, EdgesOfClustersAreEdgesOfMacrocells) {
   Scene scene = makeScene(*makeSynthetic({.type = VoxelType::rgba8, .dims = kDims}));
   View view = viewFrom({150, 120, 160});
   view.finder = Finder::clusters;
-  const Frame color = draw(scene, resolveView(view, scene.info));
+  const Frame color = draw(scene, spellOut(resolveView(view, scene.info)));
   view.output = Output::mesh;
-  const Frame clusters = draw(scene, resolveView(view, scene.info));
+  const Frame clusters = draw(scene, spellOut(resolveView(view, scene.info)));
   view.finder = Finder::boundary;
-  const Frame boundary = draw(scene, resolveView(view, scene.info));
+  const Frame boundary = draw(scene, spellOut(resolveView(view, scene.info)));
   std::size_t edges = 0;
   std::size_t cells_edges = 0;
   for (std::size_t i = 0; i < color.pixels.size(); ++i) {
@@ -158,9 +158,9 @@ TEST_F(MeshTest, NothingIsDrawnFromInside) {
       *reference::makeDenseSource(reference::sampled(reference::constantField(200), VoxelType::u8, {48, 48, 48})));
   View view = viewFrom({24.3, 23.8, 25.1});
   view.target = glm::dvec3(3, 30, 9);
-  const Frame color = draw(scene, resolveView(view, scene.info));
+  const Frame color = draw(scene, spellOut(resolveView(view, scene.info)));
   view.output = Output::mesh;
-  EXPECT_EQ(draw(scene, resolveView(view, scene.info)).pixels, color.pixels);
+  EXPECT_EQ(draw(scene, spellOut(resolveView(view, scene.info))).pixels, color.pixels);
 }
 
 TEST_F(MeshTest, IsRefusedWhereNothingIsFound) {

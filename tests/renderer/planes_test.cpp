@@ -169,7 +169,7 @@ TEST_F(PlanesTest, ExtremePlanesAreFinite) {
   EXPECT_EQ(compareImages(draw(scene, view), all).drawn, 0u);
   EXPECT_EQ(draw(scene, view).pixels, std::vector<std::uint32_t>(all.pixels.size(), 0xff000000u));
   // The eye in the plane, which the view's middle ray stays in.
-  view = resolveView(view, scene.info);
+  view = spellOut(resolveView(view, scene.info));
   view.width = 97;
   const glm::dvec3 forward = glm::normalize(*view.target - *view.eye);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, *view.up));

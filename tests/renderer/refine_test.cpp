@@ -143,9 +143,9 @@ TEST_F(RefineTest, ACancelledStepLeavesNoSums) {
   View view = viewOf(40);
   view.width = view.height = 300;
   expectStep(view, 1, 0, 2, 2);
-  const std::atomic<bool> cancel{true};
+  const auto cancel = std::make_shared<std::atomic<bool>>(true);
   const Frame cancelled =
-      renderer_->render(*volume_, view, {.cancel = &cancel, .step = SampleStep{.owner = 1, .begin = 2, .end = 4}});
+      renderer_->render(*volume_, view, {.cancel = cancel, .step = SampleStep{.owner = 1, .begin = 2, .end = 4}});
   EXPECT_TRUE(cancelled.cancelled);
   expectStep(view, 1, 2, 4, 4);
 }

@@ -192,13 +192,13 @@ TEST_F(SamplesTest, CancellingDoesNotWaitForAllOfThem) {
   View view;
   view.width = view.height = 4096;
   view.samples = kMaxSamples;  // four thousand million rays
-  std::atomic<bool> cancel{false};
+  const auto cancel = std::make_shared<std::atomic<bool>>(false);
   std::jthread impatient([&cancel] {
     std::this_thread::sleep_for(std::chrono::milliseconds(300));
-    cancel = true;
+    cancel->store(true);
   });
   const auto begin = std::chrono::steady_clock::now();
-  const Frame frame = renderer().render(*scene.resident, view, {.count = false, .cancel = &cancel});
+  const Frame frame = renderer().render(*scene.resident, view, {.count = false, .cancel = cancel});
   EXPECT_TRUE(frame.cancelled);
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(20));
 }

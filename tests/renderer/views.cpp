@@ -29,7 +29,7 @@ class ViewMaker {
     orbit(view, uniform(1.1, 2.5));
     place(view, index);
     view.up = direction();
-    return resolveView(view, info_);
+    return spellOut(resolveView(view, info_));
   }
 
  private:

@@ -73,28 +73,50 @@ class FakeRenderer final : public Renderer {
     return std::make_unique<FakeVolume>(std::move(file));
   }
 
+  std::unique_ptr<FrameInProgress> begin(ResidentVolume& volume, FrameOrder order) override {
+    return std::make_unique<FakeFrame>(*this, volume, std::move(order));
+  }
+
+ private:
+  class FakeFrame final : public FrameInProgress {
+   public:
+    FakeFrame(FakeRenderer& renderer, ResidentVolume& volume, FrameOrder order)
+        : renderer_(renderer), volume_(volume), order_(std::move(order)) {}
+    bool advance() override {
+      frame_ = renderer_.draw(volume_, order_);
+      return false;
+    }
+    Frame finish() override { return std::move(frame_); }
+
+   private:
+    FakeRenderer& renderer_;
+    ResidentVolume& volume_;
+    FrameOrder order_;
+    Frame frame_;
+  };
+
   // A gradient that tells views apart: the eye's x and the size are in every pixel.
-  Frame render(ResidentVolume& volume, const View& view, const RenderOptions& options) override {
+  Frame draw(ResidentVolume& volume, const FrameOrder& order) {
+    const ResolvedView& view = order.view;
     control_->samples = view.samples;
     const int fewest = control_->fewest_samples;
     control_->fewest_samples = fewest == 0 ? view.samples : std::min(fewest, view.samples);
-    if (options.step) control_->addStep(*options.step);
+    if (order.step) control_->addStep(*order.step);
     ++control_->started;
     if (control_->fail_device) throw DeviceError("the fake device was told to refuse");
     if (control_->fail_memory) throw std::bad_alloc();
     if (control_->read_voxels) dynamic_cast<const FakeVolume&>(volume).readVoxels();
-    const View resolved = resolveView(view, volume.info());
     Frame frame{.width = view.width, .height = view.height, .pixels = {}, .probes = {}, .stats = {}};
     const double share = control_->full_pixels == 0 ? 1 : double{1} * view.width * view.height / control_->full_pixels;
     for (int band = 0; band < control_->bands; ++band) {
       std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(share * control_->band_ms));
-      if (options.cancel != nullptr && *options.cancel) {
+      if (order.cancel != nullptr && *order.cancel) {
         ++control_->cancelled;
         frame.cancelled = true;
         return frame;
       }
     }
-    const auto tint = static_cast<std::uint32_t>(std::abs(resolved.eye.value().x) * 1000) & 0xff;
+    const auto tint = static_cast<std::uint32_t>(std::abs(view.camera.eye.x) * 1000) & 0xff;
     frame.pixels.reserve(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height));
     for (int y = 0; y < view.height; ++y) {
       for (int x = 0; x < view.width; ++x) {
@@ -107,7 +129,6 @@ class FakeRenderer final : public Renderer {
     return frame;
   }
 
- private:
   std::shared_ptr<FakeControl> control_;
 };
 

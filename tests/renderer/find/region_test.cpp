@@ -239,7 +239,7 @@ VolumeInfo byteVolume() {
 std::vector<StoredRange> densitiesOf(View view, const std::vector<TransferPoint>& points) {
   const VolumeInfo info = byteVolume();
   view.channels[0].transfer = points;
-  const View resolved = resolveView(view, info);
+  const ResolvedView resolved = resolveView(view, info);
   const Plan planned = plan(resolved, info, {}, false, false);
   return visibleDensities(resolved, info, planned.channels.at(0), 100);
 }

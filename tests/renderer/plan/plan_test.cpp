@@ -136,7 +136,7 @@ TEST(Plan, ChannelsHaveColoursOfTheirOwn) {
   for (ChannelInfo& channel : info.channels) {
     for (std::size_t bin = 0; bin < channel.histogram.size(); ++bin) channel.histogram[bin] = bin < 100 ? 1000 : 10;
   }
-  const View resolved = resolveView({}, info);
+  const ResolvedView resolved = resolveView({}, info);
   EXPECT_EQ(resolved.drawn, (std::vector<int>{0, 1}));
   EXPECT_EQ(resolved.channels[0].transfer.front().color, glm::dvec3(0, 89 / 255.0, 0)) << "thin and yet to be seen";
   EXPECT_EQ(resolved.channels[0].transfer.back().color, glm::dvec3(0, 1, 0));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "view/view.h"
+#include "view/resolved_view.h"
 
 #include <fmt/format.h>
 
@@ -67,23 +67,36 @@ void checkMacrocell(const View& view) {
   }
 }
 
-void resolveCamera(View& view, const VolumeInfo& info) {
+Camera cameraAt(const View& view, const glm::dvec3& eye, const glm::dvec3& toward, const glm::dvec3& up) {
+  Camera camera;
+  camera.eye = eye;
+  camera.forward = glm::normalize(toward);
+  camera.right = glm::normalize(glm::cross(camera.forward, glm::normalize(up)));
+  camera.up = glm::cross(camera.right, camera.forward);
+  camera.orthographic = view.ortho_height.has_value();
+  camera.half_height = view.ortho_height ? 0.5 * *view.ortho_height : halfSlope(view);
+  camera.half_width = camera.half_height * view.width / view.height;
+  return camera;
+}
+
+void resolveCamera(const View& view, const VolumeInfo& info, ResolvedView& resolved) {
   const WorldBox box = worldBox(info);
-  if (!view.target) view.target = 0.5 * (box.min + box.max);
-  if (!view.up) view.up = glm::dvec3(0, 1, 0);
-  if (!view.eye) view.eye = framingEye(view, box, *view.target, framingUp(*view.up));
-  for (const auto& [value, field] : {std::pair{&view.eye, "eye"}, {&view.target, "target"}, {&view.up, "up"}}) {
-    if (!isFinite(**value)) throw ViewError(field, "is not finite");
+  resolved.target = view.target.value_or(0.5 * (box.min + box.max));
+  resolved.up = view.up.value_or(glm::dvec3(0, 1, 0));
+  const glm::dvec3 eye = view.eye ? *view.eye : framingEye(view, box, resolved.target, framingUp(resolved.up));
+  for (const auto& [value, field] : {std::pair{&eye, "eye"}, {&resolved.target, "target"}, {&resolved.up, "up"}}) {
+    if (!isFinite(*value)) throw ViewError(field, "is not finite");
   }
-  const glm::dvec3 toward = *view.target - *view.eye;
+  const glm::dvec3 toward = resolved.target - eye;
   const double distance = glm::length(toward);
   if (!(distance > 0) || !std::isfinite(distance))
     throw ViewError("target", "eye and target are the same point, or too far apart");
-  const double up_length = glm::length(*view.up);
+  const double up_length = glm::length(resolved.up);
   if (!(up_length > 0) || !std::isfinite(up_length)) throw ViewError("up", "has no direction");
-  if (glm::length(glm::cross(toward / distance, *view.up / up_length)) < 1e-9) {
+  if (glm::length(glm::cross(toward / distance, resolved.up / up_length)) < 1e-9) {
     throw ViewError("up", "is parallel to the line of sight");
   }
+  resolved.camera = cameraAt(view, eye, toward, resolved.up);
 }
 
 void checkTransfer(const std::vector<TransferPoint>& transfer) {
@@ -119,7 +132,7 @@ void checkClip(const View& view) {
   }
 }
 
-void checkOutput(const View& view) {
+void checkOutput(const ResolvedView& view) {
   if (view.samples < 1 || view.samples > kMaxSamples) {
     throw ViewError("samples", fmt::format("{} is not within 1..{}", view.samples, kMaxSamples));
   }
@@ -141,44 +154,49 @@ void checkOutput(const View& view) {
 }
 
 // Which channels are drawn; in the volume's order, so that a view does not depend on how they are listed.
-void resolveDrawn(View& view, const VolumeInfo& info) {
+std::vector<int> resolveDrawn(const View& view, const VolumeInfo& info) {
   const auto count = static_cast<int>(info.channels.size());
-  if (view.drawn.empty()) {
-    view.drawn.resize(info.channels.size());
-    std::iota(view.drawn.begin(), view.drawn.end(), 0);
+  std::vector<int> drawn = view.drawn;
+  if (drawn.empty()) {
+    drawn.resize(info.channels.size());
+    std::iota(drawn.begin(), drawn.end(), 0);
   }
-  std::ranges::sort(view.drawn);
-  for (std::size_t i = 0; i < view.drawn.size(); ++i) {
-    if (view.drawn[i] < 0 || view.drawn[i] >= count) {
-      throw ViewError("channels", fmt::format("{} is not within 0..{}", view.drawn[i], count - 1));
+  std::ranges::sort(drawn);
+  for (std::size_t i = 0; i < drawn.size(); ++i) {
+    if (drawn[i] < 0 || drawn[i] >= count) {
+      throw ViewError("channels", fmt::format("{} is not within 0..{}", drawn[i], count - 1));
     }
-    if (i > 0 && view.drawn[i] == view.drawn[i - 1]) {
-      throw ViewError("channels", fmt::format("{} is given twice", view.drawn[i]));
-    }
+    if (i > 0 && drawn[i] == drawn[i - 1]) throw ViewError("channels", fmt::format("{} is given twice", drawn[i]));
   }
+  return drawn;
 }
 
-void resolveChannel(ChannelView& look, const VolumeInfo& info, std::size_t number) {
+ResolvedChannel resolveChannel(const ChannelView& look, const VolumeInfo& info, std::size_t number) {
   const ChannelInfo& channel = info.channels[number];
-  if (!look.range) {
-    look.range = DensityRange{channel.dataFromStored(channel.density_min), channel.dataFromStored(channel.density_max)};
-  }
-  if (!(look.range->lo <= look.range->hi) || !std::isfinite(look.range->lo) || !std::isfinite(look.range->hi)) {
-    throw ViewError("range", fmt::format("{}:{} is not a lower and an upper bound", look.range->lo, look.range->hi));
+  ResolvedChannel resolved{
+      .range = {.lo = channel.dataFromStored(channel.density_min), .hi = channel.dataFromStored(channel.density_max)},
+      .transfer = look.transfer};
+  if (look.range) resolved.range = *look.range;
+  const DensityRange& range = resolved.range;
+  if (!(range.lo <= range.hi) || !std::isfinite(range.lo) || !std::isfinite(range.hi)) {
+    throw ViewError("range", fmt::format("{}:{} is not a lower and an upper bound", range.lo, range.hi));
   }
   if (info.type == VoxelType::rgba8) {
     if (!look.transfer.empty() || look.transfer_preset != TransferPreset::automatic) {
       throw ViewError("tf", "this volume has its own colours (rgba8); use extinction");
     }
   } else if (look.transfer.empty()) {
-    look.transfer = presetTransfer(look.transfer_preset, info, number);
+    resolved.transfer = presetTransfer(look.transfer_preset, info, number);
   }
-  checkTransfer(look.transfer);
+  checkTransfer(resolved.transfer);
+  return resolved;
 }
 
-void resolveChannels(View& view, const VolumeInfo& info) {
-  resolveDrawn(view, info);
-  for (std::size_t i = 0; i < info.channels.size(); ++i) resolveChannel(view.channels[i], info, i);
+void resolveChannels(const View& view, const VolumeInfo& info, ResolvedView& resolved) {
+  resolved.drawn = resolveDrawn(view, info);
+  for (std::size_t i = 0; i < info.channels.size(); ++i) {
+    resolved.channels.push_back(resolveChannel(view.channels[i], info, i));
+  }
   for (std::size_t i = info.channels.size(); i < view.channels.size(); ++i) {
     const auto refuse = [&](const char* field) {
       throw ViewError(field, fmt::format("is given for channel {}, the volume has {} from 0", i, info.channels.size()));
@@ -192,16 +210,17 @@ void resolveChannels(View& view, const VolumeInfo& info) {
 
 }  // namespace
 
-View resolveView(const View& view, const VolumeInfo& info) {
+ResolvedView resolveView(const View& view, const VolumeInfo& info) {
   checkNumbers(view);
   checkMacrocell(view);
-  View resolved = view;
-  resolveCamera(resolved, info);
-  resolveChannels(resolved, info);
-  const DensityRange& range = *resolved.channels[static_cast<std::size_t>(resolved.drawn[0])].range;
-  if (!resolved.iso) resolved.iso = 0.5 * (range.lo + range.hi);
-  if (!std::isfinite(*resolved.iso)) throw ViewError("iso", "is not finite");
-  checkClip(resolved);
+  ResolvedView resolved;
+  static_cast<ViewChoices&>(resolved) = view;
+  resolveCamera(view, info, resolved);
+  resolveChannels(view, info, resolved);
+  const DensityRange& range = resolved.channels[static_cast<std::size_t>(resolved.drawn[0])].range;
+  resolved.iso = view.iso.value_or(0.5 * (range.lo + range.hi));
+  if (!std::isfinite(resolved.iso)) throw ViewError("iso", "is not finite");
+  checkClip(view);
   checkOutput(resolved);
   const auto levels = static_cast<int>(info.levels.size());
   if (resolved.level != kAutoLevel && (resolved.level < 0 || resolved.level >= levels)) {
@@ -210,16 +229,20 @@ View resolveView(const View& view, const VolumeInfo& info) {
   return resolved;
 }
 
-Camera makeCamera(const View& resolved) {
-  Camera camera;
-  camera.eye = *resolved.eye;
-  camera.forward = glm::normalize(*resolved.target - *resolved.eye);
-  camera.right = glm::normalize(glm::cross(camera.forward, glm::normalize(*resolved.up)));
-  camera.up = glm::cross(camera.right, camera.forward);
-  camera.orthographic = resolved.ortho_height.has_value();
-  camera.half_height = camera.orthographic ? 0.5 * *resolved.ortho_height : halfSlope(resolved);
-  camera.half_width = camera.half_height * resolved.width / resolved.height;
-  return camera;
+View spellOut(const ResolvedView& resolved) {
+  View view;
+  static_cast<ViewChoices&>(view) = resolved;
+  view.eye = resolved.camera.eye;
+  view.target = resolved.target;
+  view.up = resolved.up;
+  if (resolved.camera.orthographic) view.ortho_height = 2 * resolved.camera.half_height;
+  view.drawn = resolved.drawn;
+  for (std::size_t i = 0; i < resolved.channels.size(); ++i) {
+    view.channels[i].range = resolved.channels[i].range;
+    view.channels[i].transfer = resolved.channels[i].transfer;
+  }
+  view.iso = resolved.iso;
+  return view;
 }
 
 }  // namespace blockwalk

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+
+namespace blockwalk {
+
+struct DeviceOptions {
+  std::string device;           // part of a name, or an index; empty: discrete, else integrated, else software
+  bool allow_ray_query = true;  // false hides ray queries, so that `grid` serves everything
+  bool validation = false;      // Khronos validation with synchronisation validation; messages go to `on_message`
+  std::uint64_t chunk_bytes = std::uint64_t{256} << 20;  // one allocation of voxels; lowered to what the device allows
+  // Measure what the finder `auto` means on a software device too. Elsewhere it is measured for every volume. On
+  // lavapipe a kernel that is tried takes about half a second to compile, and none was found that beats the grid by
+  // much (docs/experiments).
+  bool probe_software = false;
+  double band_ms = 25;  // frames are cut into bands of about this device time
+  // Of sums that refinements keep between their steps, all together (renderer/resident/kept_sums.h).
+  std::uint64_t kept_sum_bytes = std::uint64_t{256} << 20;
+  std::function<void(const std::string&)> on_message;  // validation messages and one-time notes
+};
+
+}  // namespace blockwalk

@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a device is and how it fails. Plain data, no Vulkan.
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+namespace blockwalk {
+
+// The device or its driver refused, which is not the fault of input: there is no device, or one of the two below.
+struct DeviceError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+// The device is gone, or has not answered in the time that it has: all that was on it is lost with it.
+struct DeviceLost : DeviceError {
+  using DeviceError::DeviceError;
+};
+
+// What was asked for did not fit; the device serves what is smaller. Bytes are 0 where the driver did not say.
+struct OutOfDeviceMemory : DeviceError {
+  OutOfDeviceMemory(const std::string& detail, std::uint64_t needed, std::uint64_t free)
+      : DeviceError(detail), needed_bytes(needed), free_bytes(free) {}
+  std::uint64_t needed_bytes = 0;
+  std::uint64_t free_bytes = 0;
+};
+
+struct DeviceInfo {
+  std::string name;
+  std::string driver;
+  std::string driver_version;
+  std::string api_version;
+  std::string kind;  // discrete, integrated, virtual, software
+  bool ray_query = false;
+  std::uint64_t memory_budget_bytes = 0;
+  std::uint64_t memory_used_bytes = 0;  // by this renderer
+};
+
+}  // namespace blockwalk

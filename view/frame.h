@@ -1,0 +1,73 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a renderer gives back: a picture or numbers a pixel, and what it cost. Plain data, no Vulkan.
+#pragma once
+
+#include <cstdint>
+#include <glm/glm.hpp>
+#include <string>
+#include <vector>
+
+#include "view/view.h"
+
+namespace blockwalk {
+
+// The active region that the finders clusters and boundary look for (docs/finders.md), as it was last built.
+struct FinderBuild {
+  bool rebuilt = false;     // by this frame; else what follows is of an earlier one
+  int cell_voxels = 0;      // side of a macrocell; 0 where the finder has none
+  std::uint64_t cells = 0;  // macrocells of the level's box
+  std::uint64_t active_cells = 0;
+  std::uint64_t primitives = 0;  // triangles, or boxes
+  std::uint64_t bytes = 0;       // on the device, without the macrocells' ranges
+  // Wall times. Wald et al. 2021, Table 1: T_tf, T_tris (clusters: merging), T_BVH, T_total.
+  double tf_ms = 0;
+  double tris_ms = 0;
+  double bvh_ms = 0;
+  double total_ms = 0;
+};
+
+// Times and counts are of all samples that the frame shows, those of a refinement's earlier steps too.
+struct RenderStats {
+  double gpu_ms = 0;          // sum over the bands, by timestamp queries
+  double total_ms = 0;        // wall time of the calls
+  std::uint64_t rays = 0;     // pixels times samples
+  std::uint64_t queries = 0;  // times the finder was asked
+  std::uint64_t block_visits = 0;
+  std::uint64_t subblock_visits = 0;
+  std::uint64_t voxel_steps = 0;
+  std::string finder;
+  bool walk = true;
+  bool cull = true;
+  int level = 0;
+  std::string kernel;  // the kernel key, readable
+  std::uint64_t loop_bound_hits = 0;
+  std::uint64_t non_finite = 0;
+  FinderBuild finder_build{};
+};
+
+// Per pixel, row 0 at the top. `probes` is filled only when asked for; of several samples it holds the last.
+struct Probe {
+  std::int32_t x = -1, y = -1, z = -1;  // first-hit: voxel of the level drawn; -1 when nothing is hit
+  std::uint32_t blocks = 0;             // blocks: how many blocks of the range the ray crosses
+  float t = 0;                          // first-hit: world distance from the eye (orthographic: from the eye's plane)
+};
+
+struct Frame {
+  int width = 0;
+  int height = 0;
+  std::vector<std::uint32_t> pixels;  // straight rgba8, red in the lowest byte
+  std::vector<Probe> probes;
+  RenderStats stats;
+  bool cancelled = false;  // then pixels and values are incomplete
+  int samples_drawn = 0;   // a pixel, by this call: more than its step has where the sums had to be taken anew
+  Output output = Output::color;
+  // Instead of pixels, where output is not color, row by row: depth (1 a pixel, +infinity: nothing), position (3, NaN:
+  // nothing), cost (1, whole numbers).
+  std::vector<float> values{};
+  // What a picture of the values runs over: x: the nearest and farthest depth of the volume's box that are before the
+  // eye; the corners of its world box; nothing for cost.
+  glm::dvec3 values_min{0};
+  glm::dvec3 values_max{0};
+};
+
+}  // namespace blockwalk
