@@ -73,7 +73,7 @@ def measure(entry, options):
     if drawn.returncode != 0:
         print(f"{name}: render failed: {drawn.stderr.strip()}")
     report = os.path.join(options.work, name + ".json")
-    timed, _ = run([os.path.join(options.build, "bench_frames"), "--samples", str(options.samples), "--json", report, *view,
+    timed, _ = run([os.path.join(options.build, "bench"), "frames", "--repeat", str(options.samples), "--json", report, *view,
                     volume])
     variants = json.load(open(report))["volumes"][0]["variants"] if timed.returncode == 0 else {}
     row = {"name": name, "dims": info["dims"], "type": info["type"], "import_s": seconds,

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `blockwalk bench` error and paper-... write. Usage: bench/plot.py FILE.json -o FILE.svg"""
+"""Draws what `bench` error and paper-... write. Usage: bench/plot.py FILE.json -o FILE.svg"""
 import argparse
 import json
 import sys
@@ -153,7 +153,7 @@ def main():
     try:
         draw(result, arguments.output)
     except (AttributeError, IndexError, KeyError, StopIteration, TypeError, ValueError, ZeroDivisionError) as error:
-        sys.exit(f"bench/plot.py: {arguments.file}: not what `blockwalk bench` writes ({error!r})")
+        sys.exit(f"bench/plot.py: {arguments.file}: not what `bench` writes ({error!r})")
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Writes the Markdown tables of what `blockwalk bench` measured. Usage: bench/tables.py FILE.json > FILE.md"""
+"""Writes the Markdown tables of what `bench` measured. Usage: bench/tables.py FILE.json > FILE.md"""
 import argparse
 import json
 import sys
@@ -218,7 +218,7 @@ def main():
     try:
         lines = list(table(result))
     except (AttributeError, IndexError, KeyError, StopIteration, TypeError, ValueError, ZeroDivisionError) as error:
-        sys.exit(f"bench/tables.py: {arguments.file}: not what `blockwalk bench` writes ({error!r})")
+        sys.exit(f"bench/tables.py: {arguments.file}: not what `bench` writes ({error!r})")
     if "device" in result:
         print(f"{result['device']}, {result['driver']}, {result['size'][0]}x{result['size'][1]}, "
               f"median of {result['samples']}, {result['date']}.\n")

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "protocol/view_fields.h"
 #include "renderer/renderer.h"
 
 namespace blockwalk::bench {
@@ -41,5 +42,12 @@ nlohmann::json runMaskExperiment(const ExperimentOptions& options);
 nlohmann::json runPaperBlocks(const ExperimentOptions& options);
 nlohmann::json runPaperBoundary(const ExperimentOptions& options);
 nlohmann::json runPaperOctree(const ExperimentOptions& options);
+
+// One view of each of `files`, none of the procedural volumes; `width` and `height` are the view's. frames: {"volumes":
+// [{"file", "resident_bytes", "variants": {NAME: {"median_ms", "min_ms", "queries", ...}}}]}, every finder, walk and
+// cull. refine: {"volumes": [{"file", "at_once", "in_steps": {"first_ms", "drawn_ms", "encoded_ms"}, "first_ratio",
+// "drawn_ratio", "encoded_ratio"}]}, the view's samples drawn at once and in steps.
+nlohmann::json runFrameExperiment(const ExperimentOptions& options, const ImageRequest& request);
+nlohmann::json runRefineExperiment(const ExperimentOptions& options, const ImageRequest& request);
 
 }  // namespace blockwalk::bench

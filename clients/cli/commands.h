@@ -11,7 +11,6 @@ void addDemoCommand(CLI::App& app);
 void addImportCommand(CLI::App& app);
 void addInfoCommand(CLI::App& app);
 void addRenderCommand(CLI::App& app);
-void addBenchCommand(CLI::App& app);
 
 // Exit codes: the work failed; the command was used wrongly.
 constexpr int kWorkFailed = 1;

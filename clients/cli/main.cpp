@@ -18,11 +18,10 @@ int main(int argc, char** argv) {
   blockwalk::addImportCommand(app);
   blockwalk::addInfoCommand(app);
   blockwalk::addRenderCommand(app);
-  blockwalk::addBenchCommand(app);
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty())
-      throw blockwalk::UsageError("name a command: demo, import, info, render or bench; see --help");
+      throw blockwalk::UsageError("name a command: demo, import, info or render; see --help");
     return 0;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : blockwalk::kWrongUsage;

@@ -16,8 +16,9 @@ struct BadUse {
 };
 
 const BadUse kBadUses[] = {
-    {"", 2, "demo, import, info, render or bench"},
+    {"", 2, "demo, import, info or render"},
     {"teapot", 2, "teapot"},
+    {"bench masks", 2, "bench"},
     {"--nonsense", 2, "nonsense"},
     {"demo", 2, "NAME"},
     {"demo fossil", 2, "-o"},
