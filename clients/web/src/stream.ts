@@ -10,7 +10,7 @@ import type { VolumeInfo } from "./volume_info";
 export interface StreamEvents {
   hello(volume: VolumeInfo): void;
   frame(frame: Frame): void;
-  problem(problem: Problem): void;
+  problem(problem: Problem, id: number | null): void; // `id`: of the view message that is refused
   down(): void; // at each connection that ended or was refused; another attempt follows by itself
   refused(problem: Problem | null): void; // after that: why the server opens no stream; null when nobody knows
 }
@@ -93,7 +93,7 @@ export class Stream {
       else if (typeof data === "string") this.receiveText(data);
     } catch (error) {
       if (!(error instanceof FormatError)) throw error;
-      this.events.problem({ title: "The server sent what this page cannot read", detail: error.message, field: null });
+      this.events.problem({ title: "The server sent what this page cannot read", detail: error.message, field: null }, null);
     }
   }
 
@@ -104,7 +104,7 @@ export class Stream {
       this.attempts = 0;
       this.events.hello(message.volume);
     } else if (message.kind === "error") {
-      this.events.problem(message.problem);
+      this.events.problem(message.problem, message.id);
     }
   }
 }

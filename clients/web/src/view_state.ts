@@ -97,27 +97,25 @@ export function pictureSize(cssWidth: number, cssHeight: number, pixelRatio: num
   return [side(width), side(height)];
 }
 
-// The members that differ; all of them where there is no previous view. `isColoured`: the volume is rgba8, so has an
-// extinction and no transfer function; others have it the other way round, and of several channels the page names none.
-export function changedMembers(previous: ViewState | null, next: ViewState, isColoured: boolean): ViewMembers {
-  const [first, ...others] = next.ranges;
+// What a message says of a view. `isColoured`: the volume is rgba8, so has an extinction and no transfer function; others
+// have it the other way round, and of several channels the page names none.
+export function membersOf(view: ViewState, isColoured: boolean): ViewMembers {
+  const [first, ...others] = view.ranges;
   const isSingle = others.length === 0;
-  const differs = <T>(pick: (view: ViewState) => T): boolean =>
-    previous === null || JSON.stringify(pick(previous)) !== JSON.stringify(pick(next));
   return {
-    ...(differs((v) => v.size) && { size: next.size }),
-    ...(differs((v) => v.camera.eye) && { eye: next.camera.eye }),
-    ...(differs((v) => v.camera.target) && { target: next.camera.target }),
-    ...(differs((v) => v.camera.up) && { up: next.camera.up }),
-    ...(differs((v) => v.fovDegrees) && { fov: next.fovDegrees }),
-    ...(!isSingle && differs((v) => v.drawn) && { channels: next.drawn }),
-    ...(differs((v) => v.ranges) && { range: first && isSingle ? first : next.ranges }),
-    ...(differs((v) => v.mode) && { mode: next.mode }),
-    ...(differs((v) => v.iso) && { iso: next.iso ?? "auto" }),
-    ...(differs((v) => v.filter) && { filter: next.filter }),
-    ...(differs((v) => v.lit) && { lit: next.lit }),
-    ...(isColoured && differs((v) => v.extinction) && { extinction: next.extinction }),
-    ...(!isColoured && isSingle && differs((v) => v.tf) && { tf: next.tf }),
-    ...(differs((v) => v.background) && { background: next.background }),
+    size: view.size,
+    eye: view.camera.eye,
+    target: view.camera.target,
+    up: view.camera.up,
+    fov: view.fovDegrees,
+    ...(!isSingle && { channels: view.drawn }),
+    range: first && isSingle ? first : view.ranges,
+    mode: view.mode,
+    iso: view.iso ?? "auto",
+    filter: view.filter,
+    lit: view.lit,
+    ...(isColoured && { extinction: view.extinction }),
+    ...(!isColoured && isSingle && { tf: view.tf }),
+    background: view.background,
   };
 }

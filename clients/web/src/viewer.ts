@@ -2,7 +2,7 @@
 // One volume on the screen: holds its view, sends what changes of it, and draws what comes back.
 //
 // A change of view goes one way: change() -> view -> at the next animation frame one message with the members that
-// differ from what was sent last. A frame: stream -> canvas -> acknowledgement -> onFrame.
+// the server does not know. A frame: stream -> canvas -> acknowledgement -> onFrame.
 
 import { orbit, pan, refitted, zoomAt, type Viewport } from "./camera";
 import { FrameCanvas, type FrameOutcome } from "./frame_canvas";
@@ -10,9 +10,10 @@ import type { Moves } from "./gestures";
 import { Meter } from "./meter";
 import type { StreamState } from "./notice";
 import type { FrameHeader, Problem } from "./protocol";
+import { SentMembers } from "./sent_members";
 import { Stream } from "./stream";
 import { length, subtract } from "./vector";
-import { changedMembers, fitted, initialView, pictureSize, type ViewChange, type ViewOverrides, type ViewState } from "./view_state";
+import { fitted, initialView, membersOf, pictureSize, type ViewChange, type ViewOverrides, type ViewState } from "./view_state";
 import type { VolumeInfo } from "./volume_info";
 
 export interface ViewerEvents {
@@ -29,7 +30,7 @@ export class Viewer implements Moves {
   private stream: Stream | null = null;
   private volume: VolumeInfo | null = null;
   private view: ViewState | null = null;
-  private sent: ViewState | null = null; // null: the server knows nothing of this view yet
+  private readonly sent = new SentMembers();
   private scheduled = false;
   private state: StreamState = "none";
   private refusal: Problem | null = null;
@@ -61,10 +62,11 @@ export class Viewer implements Moves {
     this.stream = new Stream(address, {
       hello: (volume) => this.greet(volume, overrides),
       frame: (frame) => {
+        this.sent.taken(frame.header.id);
         this.meter.frameArrived(frame.header.id, frame.bytes, performance.now());
         this.picture.push(frame);
       },
-      problem: (problem) => this.events.problem(problem),
+      problem: (problem, id) => this.refuse(problem, id),
       down: () => this.setState(this.volume === null ? "connecting" : "lost", this.refusal),
       refused: (problem) => this.setState(this.state, problem),
     });
@@ -75,7 +77,7 @@ export class Viewer implements Moves {
     this.stream = null;
     this.volume = null;
     this.view = null;
-    this.sent = null;
+    this.sent.forget();
     this.picture.clear();
     this.setState("none");
   }
@@ -119,7 +121,7 @@ export class Viewer implements Moves {
     this.volume = volume;
     this.picture.abandon();
     this.meter.reset();
-    this.sent = null;
+    this.sent.forget();
     this.setState("live");
     if (isFirst) this.events.opened(volume);
     this.setView(isFirst || this.view === null ? initialView(volume, this.size(), this.fit(volume, overrides)) : this.view);
@@ -136,19 +138,29 @@ export class Viewer implements Moves {
     this.picture.setBackground(view.background);
     this.picture.resize(view.size);
     this.events.viewChanged(view);
+    this.schedule();
+  }
+
+  private schedule(): void {
     if (this.scheduled) return;
     this.scheduled = true;
     requestAnimationFrame(() => this.send());
   }
 
+  // The server keeps its earlier view: what came with the member that it refuses is said again.
+  private refuse(problem: Problem, id: number | null): void {
+    this.events.problem(problem);
+    if (id !== null && this.sent.refused(id, problem.field)) this.schedule();
+  }
+
   private send(): void {
     this.scheduled = false;
     if (this.view === null || this.stream === null || !this.stream.isOpen) return;
-    const members = changedMembers(this.sent, this.view, this.isColoured);
+    const members = this.sent.missing(membersOf(this.view, this.isColoured));
     if (Object.keys(members).length === 0) return;
     const id = this.stream.sendView(members);
     this.meter.viewSent(id, performance.now());
-    this.sent = this.view;
+    this.sent.sent(id, members);
   }
 
   private frameDone(outcome: FrameOutcome): void {

@@ -31,6 +31,7 @@ export class MockServer {
   readonly acks: number[] = [];
   refusal: { readonly status: number; readonly title: string; readonly detail: string } | null = null; // of every stream
   attempts = 0; // at a stream
+  refusedMember: string | null = null; // views that have it are refused for it
   private readonly http: Server;
   private readonly sockets = new WebSocketServer({ noServer: true, handleProtocols: () => "blockwalk.v1" });
 
@@ -93,6 +94,11 @@ export class MockServer {
       this.views.push(message);
       if (message["extinction"] !== undefined && listed.type !== "rgba8") {
         const problem = { type: "about:blank", title: "Bad Request", status: 400, detail: "extinction: only rgba8 has one", field: "extinction" };
+        return socket.send(JSON.stringify({ type: "error", id: message["id"], problem }));
+      }
+      const refused = this.refusedMember;
+      if (refused !== null && message[refused] !== undefined) {
+        const problem = { type: "about:blank", title: "Bad Request", status: 400, detail: `${refused}: not today`, field: refused };
         return socket.send(JSON.stringify({ type: "error", id: message["id"], problem }));
       }
       view = { ...view, ...message };

@@ -138,6 +138,23 @@ test("mode, extinction and background are sent, and stand in the address", () =>
   await screenshot(page, "white");
 }));
 
+test("what came with a member that is refused is sent again, without it", () => run({}, async ({ page, mock }) => {
+  await waitForFinal(page);
+  mock.refusedMember = "background";
+  await changeAndSettle(page, () => page.evaluate(() => {
+    // both within one frame, so in one message
+    for (const value of ["ffffff", "mip"]) document.querySelector<HTMLInputElement>(`input[value=${value}]`)?.click();
+  }));
+  const [refused, repeated] = mock.views.slice(-2);
+  assert.deepEqual([refused?.["background"], refused?.["mode"]], ["ffffff", "mip"]);
+  assert.deepEqual(Object.keys(repeated ?? {}).sort(), ["id", "mode", "type"]);
+  assert.equal(repeated?.["mode"], "mip");
+  assert.match(await page.innerText(".toast"), /not today/);
+  const count = mock.views.length;
+  await page.waitForTimeout(200);
+  assert.equal(mock.views.length, count, "a refused member alone is not sent until it changes");
+}));
+
 test("light, smoothing and the surface's value are sent, and stand in the address", () => run({}, async ({ page, mock }) => {
   await waitForFinal(page);
   assert.equal(await page.locator("#iso").isVisible(), false);

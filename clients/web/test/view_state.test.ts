@@ -5,7 +5,7 @@ import { histogramPath, positionOf, valueAt, valueScale } from "../src/histogram
 import { Meter } from "../src/meter";
 import { noticeFor } from "../src/notice";
 import { formatFragment, imageQuery, parseFragment } from "../src/url_state";
-import { changedMembers, fitted, initialView, pictureSize, withDrawn, withRange } from "../src/view_state";
+import { fitted, initialView, membersOf, pictureSize, withDrawn, withRange } from "../src/view_state";
 import { parseVolumeInfo, parseVolumeList } from "../src/volume_info";
 import { sampleVolume } from "./sample_volume";
 
@@ -15,20 +15,17 @@ const kView = initialView(kVolume, [800, 600], {});
 const kCells = parseVolumeInfo(sampleVolume("cells", "u16", ["a", "b", "c"]));
 const kCellsView = initialView(kCells, [800, 600], {});
 
-test("a first message has the whole view, a later one only what changed", () => {
-  const whole = changedMembers(null, kView, true);
-  assert.deepEqual(Object.keys(whole), ["size", "eye", "target", "up", "fov", "range", "mode", "iso", "filter", "lit", "extinction", "background"]);
-  assert.deepEqual(changedMembers(kView, { ...kView, ranges: [[20, 250]] }, true), { range: [20, 250] });
-  const moved = { ...kView, camera: { ...kView.camera, eye: [1, 2, 3] as const } };
-  assert.deepEqual(changedMembers(kView, moved, true), { eye: [1, 2, 3] });
-  assert.deepEqual(changedMembers(kView, { ...kView }, true), {});
+test("a message says the whole view", () => {
+  assert.deepEqual(membersOf(kView, true), {
+    size: [800, 600], ...kView.camera, fov: 40, range: kView.ranges[0], mode: "blend", iso: "auto", filter: "nearest", lit: false, extinction: 0.2, background: "000000",
+  });
+  assert.deepEqual(membersOf({ ...kView, iso: 4 }, true).iso, 4);
 });
 
-test("a volume without extinction is sent none", () => {
-  assert.equal("extinction" in changedMembers(null, kView, false), false);
-  assert.deepEqual(changedMembers(kView, { ...kView, extinction: 3 }, false), {});
-  assert.deepEqual(changedMembers(kView, { ...kView, tf: "viridis" }, false), { tf: "viridis" });
-  assert.deepEqual(changedMembers(kView, { ...kView, tf: "viridis" }, true), {});
+test("a volume without extinction is sent none, one of colours no transfer function", () => {
+  assert.equal("extinction" in membersOf(kView, false), false);
+  assert.equal(membersOf({ ...kView, tf: "viridis" }, false).tf, "viridis");
+  assert.equal("tf" in membersOf({ ...kView, tf: "viridis" }, true), false);
 });
 
 test("the picture is in device pixels, within four million and 8192 a side", () => {
@@ -54,14 +51,14 @@ test("the address gives back the view", () => {
 });
 
 test("of several channels ranges go together, and the drawn ones by number", () => {
-  const whole = changedMembers(null, kCellsView, false);
+  const whole = membersOf(kCellsView, false);
   assert.deepEqual(whole.channels, [0, 1, 2]);
   assert.deepEqual(whole.range, [[10, 250], [1010, 1250], [2010, 2250]]);
   assert.equal("tf" in whole, false);
   const ranged = { ...kCellsView, ...withRange(kCellsView, 1, [1020, 1030]) };
-  assert.deepEqual(changedMembers(kCellsView, ranged, false), { range: [[10, 250], [1020, 1030], [2010, 2250]] });
+  assert.deepEqual(membersOf(ranged, false), { ...whole, range: [[10, 250], [1020, 1030], [2010, 2250]] });
   const without = { ...kCellsView, ...withDrawn(kCellsView, 1, false) };
-  assert.deepEqual(changedMembers(kCellsView, without, false), { channels: [0, 2] });
+  assert.deepEqual(membersOf(without, false), { ...whole, channels: [0, 2] });
   assert.deepEqual(withDrawn(without, 1, true), { drawn: [0, 1, 2] });
 });
 
