@@ -46,7 +46,7 @@ add_room_test(extreme DRAWS WHOLE TIMEOUT 1800 LIBRARIES renderer protocol refer
   tests/renderer/compare.cpp tests/renderer/synthetic.cpp)
 target_include_directories(test_renderer PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/spirv)
 add_room_test(server DRAWS TIMEOUT 300 LIBRARIES server)
-add_room_test(cli DRAWS TIMEOUT 300 LIBRARIES protocol)
+add_room_test(cli DRAWS TIMEOUT 300 LIBRARIES protocol OpenSSL::SSL)
 if(TARGET test_cli)
   add_dependencies(test_cli blockwalk)
 endif()

@@ -8,6 +8,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "clients/cli/access_flags.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/flag_values.h"
 #include "clients/cli/remote.h"
@@ -85,9 +86,11 @@ void printTable(const json& volume) {
 struct InfoCommand {
   std::string source;
   bool as_json = false;
+  AccessFlags server;
 
   json describe() const {
-    if (isUrl(source)) return fetchVolume(parseVolumeUrl(source));
+    if (isUrl(source)) return fetchVolume(parseVolumeUrl(source), server.access());
+    server.refuseFor(source);
     const VolumeFile file(source);
     return volumeJson(file.info(), file.fileBytes());
   }
@@ -111,8 +114,9 @@ struct InfoCommand {
 void addInfoCommand(CLI::App& app) {
   auto info = std::make_shared<InfoCommand>();
   CLI::App* command = app.add_subcommand("info", "Say what a volume is");
-  command->add_option("FILE|URL", info->source, "a .bwv file, or http://HOST:PORT/ID")->required();
+  command->add_option("FILE|URL", info->source, "a .bwv file, or http(s)://HOST:PORT/ID")->required();
   command->add_flag("--json", info->as_json, "everything, as JSON");
+  info->server.addTo(*command);
   command->callback([info] { info->run(); });
 }
 

@@ -2,14 +2,18 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <cstdio>
 #include <exception>
+#include <iostream>
 #include <string_view>
 
 #include "clients/cli/commands.h"
 #include "clients/cli/usage_error.h"
 #include "view/view.h"
 
-int main(int argc, char** argv) {
+namespace {
+
+int run(int argc, char** argv) {
   CLI::App app{"Blockwalk: sparse volumes, imported, inspected and rendered.", "blockwalk"};
   app.set_version_flag("--version", BLOCKWALK_VERSION);
   app.require_subcommand(0, 1);  // none at all gets a message of our own
@@ -38,4 +42,15 @@ int main(int argc, char** argv) {
     fmt::print(stderr, "blockwalk: {}\n", error.what());
     return blockwalk::kWorkFailed;
   }
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  const int code = run(argc, argv);
+  // What was printed is done when it is out: a full disk shows here.
+  const bool is_out = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.flush().good();
+  if (is_out) return code;
+  fmt::print(stderr, "blockwalk: standard output cannot be written\n");
+  return code == 0 ? blockwalk::kWorkFailed : code;
 }

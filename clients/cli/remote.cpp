@@ -3,20 +3,27 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/co_spawn.hpp>
 #include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/ssl/context.hpp>
+#include <boost/asio/ssl/error.hpp>
+#include <boost/asio/ssl/host_name_verification.hpp>
+#include <boost/asio/ssl/stream.hpp>
 #include <boost/asio/use_awaitable.hpp>
 #include <boost/beast/core.hpp>
 #include <boost/beast/http.hpp>
+#include <charconv>
 #include <chrono>
 #include <cstring>
 #include <exception>
 #include <nlohmann/json.hpp>
 
 #include "clients/cli/usage_error.h"
-#include "view/view.h"
+#include "protocol/json_text.h"
 
 namespace blockwalk {
 namespace {
@@ -26,29 +33,85 @@ namespace beast = boost::beast;
 namespace http = boost::beast::http;
 using Response = http::response<http::string_body>;
 
-constexpr std::string_view kScheme = "http://";
 constexpr std::string_view kVolumes = "/api/v1/volumes/";
-constexpr std::uint64_t kMaxBodyBytes = std::uint64_t{1} << 30;  // 8192 x 8192 pixels of 12 bytes, and some
+constexpr std::uint64_t kMaxVolumeBytes = std::uint64_t{4} << 20;
+constexpr std::uint32_t kMaxHeaderBytes = std::uint32_t{64} << 10;
+constexpr std::uint64_t kMaxPixelBytes = 12;                         // three f32
+constexpr std::uint64_t kMaxImageOverhead = std::uint64_t{1} << 20;  // of a format, and a problem document
 constexpr auto kConnectTime = std::chrono::seconds(10);
 constexpr auto kAnswerTime = std::chrono::minutes(5);
 
-asio::awaitable<Response> exchange(const RemoteVolume& volume, const std::string& target) {
-  const auto executor = co_await asio::this_coro::executor;
-  asio::ip::tcp::resolver resolver(executor);
-  const auto addresses = co_await resolver.async_resolve(volume.host, volume.port, asio::use_awaitable);
-  beast::tcp_stream stream(executor);
-  stream.expires_after(kConnectTime);
-  co_await stream.async_connect(addresses, asio::use_awaitable);
-  http::request<http::empty_body> request(http::verb::get, target, 11);
-  request.set(http::field::host, volume.host + ":" + volume.port);
+struct Question {
+  std::string target;
+  std::uint64_t most_bytes = 0;  // of the body of the reply
+};
+
+bool isAddress(const std::string& host) {
+  boost::system::error_code error;
+  asio::ip::make_address(host, error);
+  return !error;
+}
+
+asio::ssl::context trustOf(const RemoteAccess& access) {
+  asio::ssl::context trust(asio::ssl::context::tls_client);
+  trust.set_options(asio::ssl::context::default_workarounds | asio::ssl::context::no_tlsv1 |
+                    asio::ssl::context::no_tlsv1_1);
+  trust.set_verify_mode(access.insecure ? asio::ssl::verify_none : asio::ssl::verify_peer);
+  if (access.insecure) return trust;
+  if (access.ca.empty()) {
+    trust.set_default_verify_paths();
+    return trust;
+  }
+  boost::system::error_code error;
+  trust.load_verify_file(access.ca.string(), error);
+  if (error) throw std::runtime_error(fmt::format("--ca {}: {}", access.ca.string(), error.message()));
+  return trust;
+}
+
+template <typename Stream>
+asio::awaitable<Response> ask(Stream& stream, const RemoteVolume& volume, const RemoteAccess& access,
+                              const Question& question) {
+  http::request<http::empty_body> request(http::verb::get, question.target, 11);
+  request.set(http::field::host, volume.authority());
   request.set(http::field::user_agent, "blockwalk/" BLOCKWALK_VERSION);
-  stream.expires_after(kAnswerTime);
+  if (!access.token.empty()) request.set(http::field::authorization, "Bearer " + access.token);
   co_await http::async_write(stream, request, asio::use_awaitable);
   beast::flat_buffer buffer;
   http::response_parser<http::string_body> parser;
-  parser.body_limit(kMaxBodyBytes);
+  parser.header_limit(kMaxHeaderBytes);
+  parser.body_limit(question.most_bytes);
   co_await http::async_read(stream, buffer, parser, asio::use_awaitable);
   co_return parser.release();
+}
+
+asio::awaitable<Response> exchange(const RemoteVolume& volume, const RemoteAccess& access, const Question& question) {
+  const auto executor = co_await asio::this_coro::executor;
+  asio::ip::tcp::resolver resolver(executor);
+  const auto addresses = co_await resolver.async_resolve(volume.host, volume.port, asio::use_awaitable);
+  beast::tcp_stream tcp(executor);
+  tcp.expires_after(kConnectTime);
+  co_await tcp.async_connect(addresses, asio::use_awaitable);
+  if (!volume.tls) {
+    tcp.expires_after(kAnswerTime);
+    co_return co_await ask(tcp, volume, access, question);
+  }
+  asio::ssl::context trust = trustOf(access);
+  asio::ssl::stream<beast::tcp_stream&> stream(tcp, trust);
+  // OpenSSL's macro for this casts as C does.
+  std::string name = volume.host;
+  if (!isAddress(name) &&
+      SSL_ctrl(stream.native_handle(), SSL_CTRL_SET_TLSEXT_HOSTNAME, TLSEXT_NAMETYPE_host_name, name.data()) != 1) {
+    throw std::runtime_error(fmt::format("{}: is no name for TLS", name));
+  }
+  if (!access.insecure) stream.set_verify_callback(asio::ssl::host_name_verification(volume.host));
+  co_await stream.async_handshake(asio::ssl::stream_base::client, asio::use_awaitable);
+  tcp.expires_after(kAnswerTime);
+  // The reply says its own length, so nothing is lost where the server ends TLS without a word.
+  co_return co_await ask(stream, volume, access, question);
+}
+
+bool isOfView(std::string_view field) {
+  return std::ranges::any_of(viewFields(), [&](const ViewField& known) { return known.name == field; });
 }
 
 [[noreturn]] void failStatus(const RemoteVolume& volume, const std::string& target, const Response& response) {
@@ -58,16 +121,31 @@ asio::awaitable<Response> exchange(const RemoteVolume& volume, const std::string
     return found ? problem[member].get<std::string>() : std::string();
   };
   const std::string detail = text("detail").empty() ? std::string(response.reason()) : text("detail");
-  if (response.result() == http::status::bad_request && !text("field").empty()) throw ViewError(text("field"), detail);
-  throw std::runtime_error(fmt::format("http://{}:{}{}: the server answers {}: {}", volume.host, volume.port, target,
-                                       response.result_int(), detail));
+  const std::string field = text("field");
+  if (response.result() == http::status::bad_request && isOfView(field)) throw ViewError(field, detail);
+  const bool needs_token = response.result() == http::status::unauthorized;
+  throw std::runtime_error(fmt::format("{}{}: the server answers {}: {}{}", volume.origin(), target,
+                                       response.result_int(), detail,
+                                       needs_token ? "; give --token or BLOCKWALK_TOKEN" : ""));
 }
 
-Response fetch(const RemoteVolume& volume, const std::string& target) {
+[[noreturn]] void failExchange(const RemoteVolume& volume, const Question& question,
+                               const boost::system::error_code& error) {
+  if (error == http::error::body_limit || error == http::error::header_limit) {
+    throw std::runtime_error(fmt::format("{}{}: the answer is larger than the {} bytes that it can be", volume.origin(),
+                                         question.target, question.most_bytes));
+  }
+  const bool is_tls = volume.tls && (error.category() == asio::error::get_ssl_category() ||
+                                     error.category() == asio::ssl::error::get_stream_category());
+  const char* advice = is_tls ? "--ca FILE trusts another issuer" : "is the server running there?";
+  throw std::runtime_error(fmt::format("{}: no answer: {}; {}", volume.origin(), error.message(), advice));
+}
+
+Response fetch(const RemoteVolume& volume, const RemoteAccess& access, const Question& question) {
   asio::io_context io;
   std::exception_ptr failure;
   Response response;
-  asio::co_spawn(io, exchange(volume, target), [&](std::exception_ptr error, Response answer) {
+  asio::co_spawn(io, exchange(volume, access, question), [&](std::exception_ptr error, Response answer) {
     failure = error;
     response = std::move(answer);
   });
@@ -75,57 +153,94 @@ Response fetch(const RemoteVolume& volume, const std::string& target) {
   try {
     if (failure) std::rethrow_exception(failure);
   } catch (const boost::system::system_error& error) {
-    throw std::runtime_error(fmt::format("http://{}:{}: no answer: {}; is the server running there?", volume.host,
-                                         volume.port, error.code().message()));
+    failExchange(volume, question, error.code());
   }
-  if (response.result() != http::status::ok) failStatus(volume, target, response);
+  if (response.result() != http::status::ok) failStatus(volume, question.target, response);
   return response;
 }
 
+bool isPort(std::string_view text) {
+  std::uint16_t port = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
+  return error == std::errc() && end == text.data() + text.size() && port > 0;
+}
+
+// Fills in host and port; what is wrong with them, or null.
+const char* readAuthority(std::string_view text, RemoteVolume& volume) {
+  constexpr std::string_view kNameCharacters = "0123456789abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ-._";
+  std::string_view rest;
+  if (text.starts_with('[')) {
+    const std::size_t end = text.find(']');
+    if (end == std::string_view::npos) return "has a bracket that stays open";
+    volume.host = text.substr(1, end - 1);
+    if (!isAddress(volume.host)) return "has no IPv6 address in its brackets";
+    rest = text.substr(end + 1);
+  } else {
+    const std::size_t colon = std::min(text.find(':'), text.size());
+    volume.host = text.substr(0, colon);
+    if (volume.host.empty()) return "names no host";
+    if (volume.host.find_first_not_of(kNameCharacters) != std::string::npos) return "names no host";
+    rest = text.substr(colon);
+  }
+  volume.port = volume.tls ? "443" : "80";
+  if (rest.empty()) return nullptr;
+  if (!rest.starts_with(':') || !isPort(rest.substr(1))) return "has no port from 1 to 65535";
+  volume.port = rest.substr(1);
+  return nullptr;
+}
+
 }  // namespace
+
+std::string RemoteVolume::authority() const {
+  return host.find(':') == std::string::npos ? fmt::format("{}:{}", host, port) : fmt::format("[{}]:{}", host, port);
+}
+
+std::string RemoteVolume::origin() const { return fmt::format("{}://{}", tls ? "https" : "http", authority()); }
 
 bool isUrl(std::string_view text) { return text.find("://") != std::string_view::npos; }
 
 RemoteVolume parseVolumeUrl(std::string_view url) {
   const auto refuse = [&](std::string_view why) {
-    throw UsageError(fmt::format("{}: {}; write http://HOST:PORT/ID", url, why));
+    throw UsageError(fmt::format("{}: {}; write http://HOST:PORT/ID or https://HOST:PORT/ID", url, why));
   };
-  if (!url.starts_with(kScheme)) refuse("only http can be read");
-  const std::string_view rest = url.substr(kScheme.size());
+  RemoteVolume volume;
+  volume.tls = url.starts_with("https://");
+  if (!volume.tls && !url.starts_with("http://")) refuse("only http and https can be read");
+  const std::string_view rest = url.substr(url.find("://") + 3);
   const std::size_t slash = rest.find('/');
   if (slash == std::string_view::npos) refuse("names no volume");
-  const std::string_view authority = rest.substr(0, slash);
+  if (const char* fault = readAuthority(rest.substr(0, slash), volume)) refuse(fault);
   std::string_view path = rest.substr(slash);
-  RemoteVolume volume;
-  const std::size_t colon = authority.rfind(':');
-  const bool has_port = colon != std::string_view::npos && authority.find(']', colon) == std::string_view::npos;
-  volume.host = authority.substr(0, has_port ? colon : authority.size());
-  volume.port = has_port ? authority.substr(colon + 1) : "80";
-  if (volume.host.starts_with('[') && volume.host.ends_with(']'))
-    volume.host = volume.host.substr(1, volume.host.size() - 2);
-  if (volume.host.empty() || volume.port.empty()) refuse("names no host");
   if (path.starts_with(kVolumes)) path.remove_prefix(kVolumes.size() - 1);
   const std::string_view id = path.substr(1);
   if (id.empty()) refuse("names no volume");
-  constexpr std::string_view kRefused = "/?# \t\r\n";
-  if (id.find_first_of(kRefused) != std::string_view::npos) refuse("is not the address of a volume");
+  const auto is_plain = [](char c) { return c > ' ' && c <= '~' && c != '/' && c != '?' && c != '#'; };
+  if (!std::ranges::all_of(id, is_plain)) refuse("is not the address of a volume");
   volume.target = fmt::format("{}{}", kVolumes, id);
   return volume;
 }
 
-nlohmann::json fetchVolume(const RemoteVolume& volume) {
-  const Response response = fetch(volume, volume.target);
-  auto json = nlohmann::json::parse(response.body(), nullptr, false);
-  if (!json.is_object()) {
-    throw std::runtime_error(
-        fmt::format("http://{}:{}{}: the answer is no JSON object", volume.host, volume.port, volume.target));
+nlohmann::json fetchVolume(const RemoteVolume& volume, const RemoteAccess& access) {
+  const Response response = fetch(volume, access, {.target = volume.target, .most_bytes = kMaxVolumeBytes});
+  const auto refuse = [&](std::string_view why) {
+    throw std::runtime_error(fmt::format("{}{}: the answer is no JSON object{}", volume.origin(), volume.target, why));
+  };
+  try {
+    nlohmann::json json = parseJson(response.body(), {.text_bytes = kMaxVolumeBytes});
+    if (!json.is_object()) refuse("");
+    return json;
+  } catch (const JsonError& error) {
+    refuse(fmt::format(": {}", error.what()));
   }
-  return json;
+  return {};
 }
 
-RemoteImage fetchImage(const RemoteVolume& volume, const std::string& view_query) {
-  const std::string target = volume.target + "/image" + (view_query.empty() ? "" : "?" + view_query);
-  const Response response = fetch(volume, target);
+RemoteImage fetchImage(const RemoteVolume& volume, const RemoteAccess& access, const ImageRequest& request) {
+  const std::string query = viewQuery(request);
+  const auto pixels = static_cast<std::uint64_t>(request.view.width) * static_cast<std::uint64_t>(request.view.height);
+  const Response response = fetch(volume, access,
+                                  {.target = volume.target + "/image" + (query.empty() ? "" : "?" + query),
+                                   .most_bytes = kMaxPixelBytes * pixels + kMaxImageOverhead});
   RemoteImage image;
   image.bytes.resize(response.body().size());
   std::memcpy(image.bytes.data(), response.body().data(), response.body().size());

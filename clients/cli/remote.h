@@ -3,18 +3,33 @@
 #pragma once
 
 #include <cstddef>
+#include <filesystem>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "protocol/view_fields.h"
+
 namespace blockwalk {
 
-// http://HOST:PORT/ID or http://HOST:PORT/api/v1/volumes/ID
+// http://HOST:PORT/ID or http://HOST:PORT/api/v1/volumes/ID, or with https. HOST is a name or an address, of IPv6 in
+// brackets; without a PORT it is the scheme's own.
 struct RemoteVolume {
-  std::string host;
+  bool tls = false;
+  std::string host;  // without brackets
   std::string port;
   std::string target;  // /api/v1/volumes/ID
+
+  std::string authority() const;  // as a Host field has it: [::1]:8080
+  std::string origin() const;     // https://HOST:PORT
+};
+
+// How to be let in, and whom to believe.
+struct RemoteAccess {
+  std::string token;         // empty: none is sent
+  std::filesystem::path ca;  // PEM certificates that are trusted instead of the system's; empty: the system's
+  bool insecure = false;     // https with whoever answers
 };
 
 bool isUrl(std::string_view text);
@@ -27,8 +42,8 @@ struct RemoteImage {
 };
 
 // Both throw ViewError where the server blames a member of the view, else std::runtime_error that says what it
-// answered, or why there was no answer.
-nlohmann::json fetchVolume(const RemoteVolume& volume);
-RemoteImage fetchImage(const RemoteVolume& volume, const std::string& view_query);
+// answered, or why there was no answer. A reply larger than what was asked for can be is refused.
+nlohmann::json fetchVolume(const RemoteVolume& volume, const RemoteAccess& access);
+RemoteImage fetchImage(const RemoteVolume& volume, const RemoteAccess& access, const ImageRequest& request);
 
 }  // namespace blockwalk

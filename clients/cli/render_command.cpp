@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "clients/cli/access_flags.h"
 #include "clients/cli/commands.h"
 #include "clients/cli/output_file.h"
 #include "clients/cli/remote.h"
@@ -47,6 +48,7 @@ struct RenderCommand {
   bool validation = false;
   int chunk_mib = 256;
   std::vector<CLI::Option*> local_flags;
+  AccessFlags server;
 
   ImageRequest request() const {
     ImageRequest result;
@@ -98,6 +100,7 @@ struct RenderCommand {
   }
 
   std::pair<std::vector<std::byte>, nlohmann::json> renderLocal(const ImageRequest& wanted, FrameTimes& times) const {
+    server.refuseFor(source);
     DeviceOptions options;
     options.device = device;
     options.allow_ray_query = !no_ray_query;
@@ -123,10 +126,11 @@ struct RenderCommand {
       if (flag->count() > 0) throw UsageError(fmt::format("{}: the server at {} chose that", flag->get_name(), source));
     }
     const RemoteVolume volume = parseVolumeUrl(source);
+    const RemoteAccess access = server.access();
     RemoteImage image;
     for (int i = 0; i < repeat; ++i) {
       const auto begun = std::chrono::steady_clock::now();
-      image = fetchImage(volume, viewQuery(wanted));
+      image = fetchImage(volume, access, wanted);
       times.total_ms.push_back(
           std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begun).count());
     }
@@ -141,7 +145,7 @@ struct RenderCommand {
 void addRenderCommand(CLI::App& app) {
   auto render = std::make_shared<RenderCommand>();
   CLI::App* command = app.add_subcommand("render", "Draw a volume into an image file");
-  command->add_option("FILE|URL", render->source, "a .bwv file, or http://HOST:PORT/ID")->required();
+  command->add_option("FILE|URL", render->source, "a .bwv file, or http(s)://HOST:PORT/ID")->required();
   command->add_option("-o", render->output, "image to write: .png, .jpg, .webp or .raw")
       ->required()
       ->type_name("IMAGE");
@@ -159,6 +163,7 @@ void addRenderCommand(CLI::App& app) {
       command->add_option("--chunk-mib", render->chunk_mib, "voxels a device allocation, in MiB (256)")
           ->check(CLI::Range(1, 65536))
           ->group("Device")};
+  render->server.addTo(*command);
   command->callback([render] { render->run(); });
 }
 

@@ -1,88 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 // `info` and `render` with a URL, against a server that gives one fixed answer.
-#include <arpa/inet.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
-#include <mutex>
 #include <nlohmann/json.hpp>
 #include <string>
-#include <thread>
 
+#include "tests/cli/fixed_server.h"
 #include "tests/cli/run_binary.h"
 
 namespace blockwalk {
 namespace {
 
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
-
-// Answers every connection with the same bytes, on a port of its own, until it is destroyed.
-class FixedServer {
- public:
-  explicit FixedServer(std::string answer) : answer_(std::move(answer)), listener_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    socklen_t size = sizeof address;
-    EXPECT_EQ(bind(listener_, reinterpret_cast<sockaddr*>(&address), size), 0);
-    EXPECT_EQ(listen(listener_, 4), 0);
-    EXPECT_EQ(getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size), 0);
-    port_ = ntohs(address.sin_port);
-    thread_ = std::thread([this] { serve(); });
-  }
-  ~FixedServer() {
-    shutdown(listener_, SHUT_RDWR);
-    thread_.join();
-    close(listener_);
-  }
-  FixedServer(const FixedServer&) = delete;
-  FixedServer& operator=(const FixedServer&) = delete;
-
-  std::string url(const std::string& path) const { return "http://127.0.0.1:" + std::to_string(port_) + path; }
-  // The head of the last request; read it after the client has ended.
-  std::string request() const {
-    const std::lock_guard lock(mutex_);
-    return request_;
-  }
-
- private:
-  void serve() {
-    for (;;) {
-      const int peer = accept(listener_, nullptr, nullptr);
-      if (peer < 0) return;
-      std::string request;
-      char buffer[4096];
-      while (request.find("\r\n\r\n") == std::string::npos) {
-        const ssize_t got = recv(peer, buffer, sizeof buffer, 0);
-        if (got <= 0) break;
-        request.append(buffer, static_cast<std::size_t>(got));
-      }
-      {
-        const std::lock_guard lock(mutex_);
-        request_ = request;
-      }
-      send(peer, answer_.data(), answer_.size(), MSG_NOSIGNAL);
-      shutdown(peer, SHUT_WR);
-      while (recv(peer, buffer, sizeof buffer, 0) > 0) {
-      }
-      close(peer);
-    }
-  }
-
-  std::string answer_;
-  int listener_;
-  int port_ = 0;
-  mutable std::mutex mutex_;
-  std::string request_;
-  std::thread thread_;
-};
-
-std::string answerOf(const std::string& status, const std::string& headers, const std::string& body) {
-  return "HTTP/1.1 " + status + "\r\n" + headers + "Content-Length: " + std::to_string(body.size()) + "\r\n\r\n" + body;
-}
 
 TEST(Remote, InfoAsksForTheVolume) {
   const Workplace place;
@@ -127,6 +59,89 @@ TEST(Remote, SaysWhatTheServerRefuses) {
   EXPECT_EQ(refused.exit_code, 2);
   EXPECT_THAT(refused.error, HasSubstr("--level: 9 is not within 0..3"));
   EXPECT_FALSE(std::filesystem::exists(place.path("a.png")));
+}
+
+TEST(Remote, AnIpv6AddressIsWrittenInBrackets) {
+  const FixedServer server(answerOf("200 OK", "", "{}"), {.ipv6 = true});
+  if (!server.isListening()) GTEST_SKIP() << "no ::1 here";
+  const Workplace place;
+  EXPECT_EQ(place.run("info --json '" + server.url("/smoke") + "'").exit_code, 0);
+  EXPECT_THAT(server.request(), HasSubstr("\r\nHost: [::1]:" + std::to_string(server.port()) + "\r\n"));
+  EXPECT_THAT(place.run("info 'http://[::1]:1/smoke'").error, HasSubstr("http://[::1]:1: no answer"));
+}
+
+TEST(Remote, TheTokenIsOfTheFlagElseOfTheEnvironment) {
+  const Workplace place;
+  const FixedServer server(answerOf("200 OK", "", "{}"));
+  EXPECT_EQ(place.run("info --json " + server.url("/smoke")).exit_code, 0);
+  EXPECT_THAT(server.request(), Not(HasSubstr("Authorization")));
+  EXPECT_EQ(place.run("info --json --token abc-123 " + server.url("/smoke")).exit_code, 0);
+  EXPECT_THAT(server.request(), HasSubstr("\r\nAuthorization: Bearer abc-123\r\n"));
+  EXPECT_EQ(place.run("info --json " + server.url("/smoke"), "BLOCKWALK_TOKEN=of-the-environment").exit_code, 0);
+  EXPECT_THAT(server.request(), HasSubstr("\r\nAuthorization: Bearer of-the-environment\r\n"));
+  EXPECT_EQ(place.run("render --token flag -o a.png " + server.url("/smoke"), "BLOCKWALK_TOKEN=variable").exit_code, 0);
+  EXPECT_THAT(server.request(), HasSubstr("\r\nAuthorization: Bearer flag\r\n"));
+  const Outcome split = place.run("info " + server.url("/smoke"), "BLOCKWALK_TOKEN='a b'");
+  EXPECT_EQ(split.exit_code, 2);
+  EXPECT_THAT(split.error, HasSubstr("BLOCKWALK_TOKEN: a token is"));
+  const FixedServer closed(answerOf("401 Unauthorized", "", R"({"detail": "a token is needed"})"));
+  const Outcome refused = place.run("info " + closed.url("/smoke"));
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.error, HasSubstr("401: a token is needed; give --token"));
+}
+
+TEST(Remote, HttpsIsBelievedOnlyWithItsCertificate) {
+  const Workplace place;
+  writeCertificate(place.path("here.pem"), "127.0.0.1");
+  writeCertificate(place.path("elsewhere.pem"), "192.0.2.1");
+  const std::string image("\x89PNG\0pixels", 11);
+  const FixedServer server(answerOf("200 OK", "X-Blockwalk-Stats: {}\r\n", image),
+                           {.certificate = place.path("here.pem")});
+  const auto draw = [&](const FixedServer& from, const std::string& flags) {
+    std::filesystem::remove(place.path("a.png"));
+    return place.run("render " + from.url("/smoke") + " -o a.png " + flags);
+  };
+  const Outcome unknown = draw(server, "");
+  EXPECT_EQ(unknown.exit_code, 1);
+  EXPECT_THAT(unknown.error, HasSubstr("certificate verify failed"));
+  EXPECT_THAT(unknown.error, HasSubstr("--ca"));
+  EXPECT_EQ(server.request(), "") << "nothing is asked of whom nobody knows";
+  const Outcome known = draw(server, "--ca here.pem --token secret");
+  EXPECT_EQ(known.exit_code, 0) << known.error;
+  EXPECT_EQ(place.read("a.png"), image);
+  EXPECT_THAT(server.request(), HasSubstr("Bearer secret"));
+  EXPECT_EQ(draw(server, "--insecure").exit_code, 0);
+  const FixedServer other(answerOf("200 OK", "", image), {.certificate = place.path("elsewhere.pem")});
+  EXPECT_EQ(draw(other, "--ca elsewhere.pem").exit_code, 1) << "trusted, but for another address";
+  EXPECT_EQ(other.request(), "");
+  const FixedServer plain(answerOf("200 OK", "", image));
+  const Outcome clear = place.run("info https://127.0.0.1:" + std::to_string(plain.port()) + "/smoke --insecure");
+  EXPECT_EQ(clear.exit_code, 1) << "https is not spoken there";
+}
+
+TEST(Remote, AnAnswerIsNoLargerThanWhatWasAskedFor) {
+  const Workplace place;
+  const FixedServer server(answerOf("200 OK", "", std::string(std::size_t{5} << 20, ' ')));
+  const Outcome volume = place.run("info " + server.url("/smoke"));
+  EXPECT_EQ(volume.exit_code, 1);
+  EXPECT_THAT(volume.error, HasSubstr("larger than the 4194304 bytes"));
+  const Outcome image = place.run("render " + server.url("/smoke") + " -o a.png --size 8x8");
+  EXPECT_EQ(image.exit_code, 1);
+  EXPECT_THAT(image.error, HasSubstr("larger than"));
+  EXPECT_FALSE(std::filesystem::exists(place.path("a.png")));
+  EXPECT_EQ(place.run("render " + server.url("/smoke") + " -o a.png --size 1000x1000").exit_code, 0);
+  const FixedServer deep(answerOf("200 OK", "", std::string(1000000, '[')));
+  EXPECT_EQ(place.run("info --json " + deep.url("/smoke")).exit_code, 1);
+}
+
+TEST(Remote, AServersBlameIsNoFlagOfOurs) {
+  const Workplace place;
+  const FixedServer strict(
+      answerOf("400 Bad Request", "", R"({"status": 400, "detail": "Host must be a name", "field": "Host"})"));
+  const Outcome refused = place.run("render " + strict.url("/smoke") + " -o a.png");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.error, HasSubstr("400: Host must be a name"));
+  EXPECT_THAT(refused.error, Not(HasSubstr("--Host")));
 }
 
 TEST(Remote, SurvivesNonsense) {

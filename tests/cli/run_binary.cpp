@@ -30,9 +30,9 @@ std::string Workplace::read(const std::string& name) const {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-Outcome Workplace::run(const std::string& arguments) const {
-  const std::string command = "cd '" + folder_.string() + "' && '" BLOCKWALK_BINARY_DIR "/blockwalk' " + arguments +
-                              " >.stdout 2>.stderr </dev/null";
+Outcome Workplace::run(const std::string& arguments, const std::string& environment) const {
+  const std::string command = "cd '" + folder_.string() + "' && " + environment +
+                              " '" BLOCKWALK_BINARY_DIR "/blockwalk' >.stdout 2>.stderr </dev/null " + arguments;
   const int status = std::system(command.c_str());
   Outcome outcome;
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);

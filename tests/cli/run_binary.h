@@ -23,8 +23,9 @@ class Workplace {
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
   void write(const std::string& name, const std::string& bytes) const;
   std::string read(const std::string& name) const;
-  // `arguments` as a shell reads them; the working folder is this one.
-  Outcome run(const std::string& arguments) const;
+  // `arguments` as a shell reads them, redirections too, and what of the environment is set for it, "NAME=value"; the
+  // working folder is this one.
+  Outcome run(const std::string& arguments, const std::string& environment = "") const;
 
  private:
   std::filesystem::path folder_;

@@ -7,6 +7,7 @@
 namespace blockwalk {
 namespace {
 
+using testing::ContainsRegex;
 using testing::HasSubstr;
 
 struct BadUse {
@@ -55,7 +56,20 @@ const BadUse kBadUses[] = {
     {"info", 2, "FILE|URL"},
     {"info absent.bwv", 1, "absent.bwv"},
     {"info data.raw", 1, "data.raw"},
-    {"info https://127.0.0.1/fossil", 2, "only http"},
+    {"info ftp://127.0.0.1/fossil", 2, "only http"},
+    {"info 'http://[::1/fossil'", 2, "bracket"},
+    {"info 'http://[localhost]/fossil'", 2, "IPv6"},
+    {"info http://::1/fossil", 2, "names no host"},
+    {"info http://a@b/fossil", 2, "names no host"},
+    {"info http://127.0.0.1:0/fossil", 2, "port"},
+    {"info http://127.0.0.1:65536/fossil", 2, "port"},
+    {"info http://127.0.0.1:8080x/fossil", 2, "port"},
+    {"info http://127.0.0.1:1/fossil --ca absent.pem", 2, "absent.pem"},
+    {"info https://127.0.0.1:1/fossil --ca data.raw --insecure", 2, "--insecure"},
+    {"info http://127.0.0.1:1/fossil --token ''", 1, "no answer"},
+    {"info http://127.0.0.1:1/fossil --token 'a b'", 2, "--token"},
+    {"info data.raw --token secret", 2, "--token"},
+    {"render data.raw -o a.png --insecure", 2, "--insecure"},
     {"info http://127.0.0.1", 2, "names no volume"},
     {"info http://127.0.0.1/a/b/c", 2, "http://HOST:PORT/ID"},
     {"info http://:80/a", 2, "names no host"},
@@ -93,6 +107,17 @@ TEST(Usage, NamesWhatIsWrongAndLeavesNoFile) {
     EXPECT_EQ(place.read("data.raw"), std::string(64, 'x')) << use.arguments;
     EXPECT_FALSE(std::filesystem::exists(place.path("a.bwv"))) << use.arguments;
     EXPECT_FALSE(std::filesystem::exists(place.path("a.png"))) << use.arguments;
+  }
+}
+
+TEST(Usage, WhatCannotBePrintedIsNotDone) {
+  if (!std::filesystem::exists("/dev/full")) GTEST_SKIP() << "no /dev/full here";
+  const Workplace place;
+  ASSERT_EQ(place.run("demo smoke -o smoke.bwv --size 24").exit_code, 0);
+  for (const char* arguments : {"info smoke.bwv", "info --json smoke.bwv", "--help"}) {
+    const Outcome outcome = place.run(std::string(arguments) + " >/dev/full");
+    EXPECT_EQ(outcome.exit_code, 1) << arguments;
+    EXPECT_THAT(outcome.error, ContainsRegex("writ(e|ten)")) << arguments;
   }
 }
 
