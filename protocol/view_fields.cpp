@@ -14,8 +14,6 @@ namespace {
 
 using Text = std::string_view;
 
-constexpr double kMinFov = 1e-9;
-
 void parseSize(ImageRequest& request, Text text) {
   const std::size_t cross = text.find('x');
   if (cross == Text::npos) failValue("size", "must be WxH", text);
@@ -27,7 +25,6 @@ void parseSize(ImageRequest& request, Text text) {
 // Perspective and orthographic exclude each other, so that each patch to a session says which one is meant.
 void parseFov(ImageRequest& request, Text text) {
   const double fov = parseNumber("fov", text);
-  // Below this a volume that is framed lies so far away that its coordinates lose their digits, and at last overflow.
   if (!(fov >= kMinFov && fov < 180)) {
     failValue("fov", fmt::format("must be at least {} and less than 180 degrees", kMinFov), text);
   }

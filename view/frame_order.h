@@ -37,7 +37,7 @@ struct FrameOrder {
   bool prepare_only = false;
   // Any thread may set it; looked at between the pieces of the work. Null: never.
   std::shared_ptr<std::atomic<bool>> cancel{};
-  std::optional<SampleStep> step{};        // none: all samples at once
+  std::optional<SampleStep> step{};  // none: all samples at once
 };
 
 }  // namespace blockwalk

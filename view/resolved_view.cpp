@@ -44,8 +44,8 @@ void checkNumbers(const View& view) {
   if (view.width < 1 || view.width > kMaxImageSide || view.height < 1 || view.height > kMaxImageSide) {
     throw ViewError("size", fmt::format("{}x{} is not within 1..{} each way", view.width, view.height, kMaxImageSide));
   }
-  if (!(view.fov_degrees > 0 && view.fov_degrees < 180)) {
-    throw ViewError("fov", fmt::format("{} is not between 0 and 180 degrees", view.fov_degrees));
+  if (!(view.fov_degrees >= kMinFov && view.fov_degrees < 180)) {
+    throw ViewError("fov", fmt::format("{} is not at least {} and less than 180 degrees", view.fov_degrees, kMinFov));
   }
   if (view.ortho_height && !(*view.ortho_height > 0 && std::isfinite(*view.ortho_height))) {
     throw ViewError("ortho", fmt::format("{} is not a positive world height", *view.ortho_height));
@@ -79,14 +79,31 @@ Camera cameraAt(const View& view, const glm::dvec3& eye, const glm::dvec3& towar
   return camera;
 }
 
+// Whatever is chosen here and not by the caller is never to blame.
+void checkReach(const View& view, const glm::dvec3& eye, const WorldBox& box, const char* placed_by) {
+  const double farthest = kFarthestDiagonals * glm::length(box.max - box.min);
+  const double distance = glm::length(eye - 0.5 * (box.min + box.max));
+  if (!(distance <= farthest)) {
+    throw ViewError(placed_by, fmt::format("the eye is {} away from the volume, at most {} can be drawn right: {} of "
+                                           "the volume's diagonal",
+                                           distance, farthest, kFarthestDiagonals));
+  }
+  if (view.ortho_height && *view.ortho_height > farthest) {
+    throw ViewError("ortho", fmt::format("{} is more than {}, {} of the volume's diagonal", *view.ortho_height,
+                                         farthest, kFarthestDiagonals));
+  }
+}
+
 void resolveCamera(const View& view, const VolumeInfo& info, ResolvedView& resolved) {
   const WorldBox box = worldBox(info);
   resolved.target = view.target.value_or(0.5 * (box.min + box.max));
   resolved.up = view.up.value_or(glm::dvec3(0, 1, 0));
   const glm::dvec3 eye = view.eye ? *view.eye : framingEye(view, box, resolved.target, framingUp(resolved.up));
-  for (const auto& [value, field] : {std::pair{&eye, "eye"}, {&resolved.target, "target"}, {&resolved.up, "up"}}) {
+  const char* placed_by = view.eye ? "eye" : view.target ? "target" : "fov";
+  for (const auto& [value, field] : {std::pair{&eye, placed_by}, {&resolved.target, "target"}, {&resolved.up, "up"}}) {
     if (!isFinite(*value)) throw ViewError(field, "is not finite");
   }
+  checkReach(view, eye, box, placed_by);
   const glm::dvec3 toward = resolved.target - eye;
   const double distance = glm::length(toward);
   if (!(distance > 0) || !std::isfinite(distance))

@@ -39,6 +39,11 @@ enum class Finder : std::uint8_t { automatic, query, grid, clusters, boundary, o
 
 constexpr int kMaxImageSide = 8192;
 constexpr int kAutoLevel = -1;
+// Below this a volume that is framed lies so far away that its coordinates lose their digits, and at last overflow.
+constexpr double kMinFov = 1e-9;  // degrees
+// How far from the volume an eye may be, and how high an orthographic picture: there doubles tell a hundred thousandth
+// of it apart. Farther away nothing is drawn right, and at last coordinates overflow.
+constexpr double kFarthestDiagonals = 1e11;
 constexpr double kMinStep = 1.0 / 64;  // voxels
 constexpr double kMaxStep = 16;
 constexpr std::size_t kMaxPlanes = 6;
