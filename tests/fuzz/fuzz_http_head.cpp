@@ -110,16 +110,43 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 }
 
 std::vector<std::string> fuzzSeeds() {
-  return {
-      "GET /api/v1/volumes/a/image?size=8x8 HTTP/1.1\r\nHost: localhost:8080\r\nAccept: text/html;q=0.5, image/*;q=0, "
-      "image/png\r\nIf-None-Match: W/\"x\", \"a,b\", *\r\n\r\n",
-      "POST /api/v1/volumes/a/image HTTP/1.1\r\nHost: [::1]:80\r\nContent-Length: 1048576\r\nExpect: 100-continue\r\n"
-      "Authorization: Bearer 0123456789abcdefXYZ\r\nAccept: */*\r\n\r\n",
-      "POST / HTTP/1.1\r\nHost: 127.0.0.1\r\nTransfer-Encoding: chunked\r\nCookie: a=b; "
-      "blockwalk_token=0123456789abcdefXYZ\r\n\r\n",
-      "GET /api/v1/volumes/a/stream HTTP/1.1\r\nHost: example.org\r\nUpgrade: websocket\r\nConnection: keep-alive, "
-      "Upgrade\r\nSec-WebSocket-Version: 13\r\nSec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n"
-      "Sec-WebSocket-Protocol: blockwalk.v1, token.0123456789abcdefXYZ\r\nOrigin: https://example.org\r\n\r\n",
-      "OPTIONS * HTTP/1.1\r\nHost: localhost\r\nAccept: a/b\r\n\tfolded\r\nIf-None-Match: \"open\r\n\r\n",
-      "GET / HTTP/1.0\r\n\r\n"};
+  std::vector<std::string> seeds{
+      R"(GET /api/v1/volumes/a/image?size=8x8 HTTP/1.1
+Host: localhost:8080
+Accept: text/html;q=0.5, image/*;q=0, image/png
+If-None-Match: W/"x", "a,b", *
+)",
+      R"(POST /api/v1/volumes/a/image HTTP/1.1
+Host: [::1]:80
+Content-Length: 1048576
+Expect: 100-continue
+Authorization: Bearer 0123456789abcdefXYZ
+Accept: */*
+)",
+      R"(POST / HTTP/1.1
+Host: 127.0.0.1
+Transfer-Encoding: chunked
+Cookie: a=b; blockwalk_token=0123456789abcdefXYZ
+)",
+      R"(GET /api/v1/volumes/a/stream HTTP/1.1
+Host: example.org
+Upgrade: websocket
+Connection: keep-alive, Upgrade
+Sec-WebSocket-Version: 13
+Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==
+Sec-WebSocket-Protocol: blockwalk.v1, token.0123456789abcdefXYZ
+Origin: https://example.org
+)",
+      R"(OPTIONS * HTTP/1.1
+Host: localhost
+Accept: a/b
+	folded
+If-None-Match: "open
+)",
+      "GET / HTTP/1.0\n"};
+  for (std::string& seed : seeds) {
+    for (std::size_t at = 0; (at = seed.find('\n', at)) != std::string::npos; at += 2) seed.insert(at, 1, '\r');
+    seed += "\r\n";
+  }
+  return seeds;
 }
