@@ -197,7 +197,11 @@ std::string RemoteVolume::authority() const {
 
 std::string RemoteVolume::origin() const { return fmt::format("{}://{}", tls ? "https" : "http", authority()); }
 
-bool isUrl(std::string_view text) { return text.find("://") != std::string_view::npos; }
+bool isUrl(std::string_view text) {
+  constexpr std::string_view kScheme = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ";
+  const std::size_t end = text.find_first_not_of(kScheme);
+  return end != 0 && end != std::string_view::npos && text.substr(end).starts_with("://");
+}
 
 RemoteVolume parseVolumeUrl(std::string_view url) {
   const auto refuse = [&](std::string_view why) {

@@ -32,6 +32,7 @@ struct RemoteAccess {
   bool insecure = false;     // https with whoever answers
 };
 
+// A scheme and "://"; a file whose path looks like one is written ./http://...
 bool isUrl(std::string_view text);
 // Throws UsageError for a URL of another form.
 RemoteVolume parseVolumeUrl(std::string_view url);

@@ -57,6 +57,7 @@ const BadUse kBadUses[] = {
     {"info absent.bwv", 1, "absent.bwv"},
     {"info data.raw", 1, "data.raw"},
     {"info ftp://127.0.0.1/fossil", 2, "only http"},
+    {"info ./http://127.0.0.1/fossil", 1, "./http://127.0.0.1/fossil"},
     {"info 'http://[::1/fossil'", 2, "bracket"},
     {"info 'http://[localhost]/fossil'", 2, "IPv6"},
     {"info http://::1/fossil", 2, "names no host"},
