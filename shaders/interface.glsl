@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Buffers and specialisation constants of the render kernel. The order of the ids is that of KernelKey (renderer/plan/plan.h).
+// Buffers and specialisation constants of the render kernel.
 #extension GL_EXT_buffer_reference2 : require
 #extension GL_EXT_scalar_block_layout : require
 #extension GL_EXT_shader_explicit_arithmetic_types_int64 : require
@@ -13,56 +13,20 @@
 #include "kernel_interface.h"
 
 #ifdef BLOCKWALK_GENERAL
-// One kernel that makes every choice at run time: what specialisation is measured against (bench/experiments).
+// One kernel that makes every choice at run time: it draws while a specialised one is made, and is what specialisation is
+// measured against (bench/experiments).
 layout(push_constant, scalar) uniform Push {
   PushConstants push;
   uint choices[kChoiceCount];
 };
 #define BLOCKWALK_DERIVED
-#define kVoxelType choices[0]
-#define kMode choices[1]
-#define kFinder choices[2]
-#define kWalk (choices[3] != 0u)
-#define kCull (choices[4] != 0u)
-#define kRangeOpen (choices[5] != 0u)
-#define kTestVoxel (choices[6] != 0u)
-#define kClip (choices[7] != 0u)
-#define kOpaqueBackground (choices[8] != 0u)
-#define kSubblockSide int(choices[9])
-#define kBlockSide int(choices[10])
-#define kFilter choices[11]
-#define kLit (choices[12] != 0u)
-#define kClassification choices[13]
-#define kOutput choices[14]
-#define kAntialias (choices[15] != 0u)
-#define kChannels int(choices[16])
-#define kCount (choices[17] != 0u)
-#define kProbe (choices[18] != 0u)
-#define kFineTable (choices[19] != 0u)
+#define BLOCKWALK_CHOICE(id, type, member, constant, initial) type constant = type(choices[id]);
 #else
 layout(push_constant, scalar) uniform Push { PushConstants push; };
 #define BLOCKWALK_DERIVED const
-layout(constant_id = 0) const uint kVoxelType = kVoxelRgba8;
-layout(constant_id = 1) const uint kMode = kModeBlend;
-layout(constant_id = 2) const uint kFinder = kFinderGrid;
-layout(constant_id = 3) const bool kWalk = true;
-layout(constant_id = 4) const bool kCull = true;
-layout(constant_id = 5) const bool kRangeOpen = false;      // every non-empty voxel is in the range
-layout(constant_id = 6) const bool kTestVoxel = true;       // compare each voxel with the range
-layout(constant_id = 7) const bool kClip = false;           // clip planes
-layout(constant_id = 8) const bool kOpaqueBackground = true;
-layout(constant_id = 9) const int kSubblockSide = 8;
-layout(constant_id = 10) const int kBlockSide = 6;
-layout(constant_id = 11) const uint kFilter = kFilterNearest;
-layout(constant_id = 12) const bool kLit = false;
-layout(constant_id = 13) const uint kClassification = kClassificationPost;
-layout(constant_id = 14) const uint kOutput = kOutputColor;
-layout(constant_id = 15) const bool kAntialias = false;  // several samples a pixel, a dispatch each
-layout(constant_id = 16) const int kChannels = 1;        // drawn
-layout(constant_id = 17) const bool kCount = true;
-layout(constant_id = 18) const bool kProbe = false;
-layout(constant_id = 19) const bool kFineTable = false;  // the nearest entry of a table will do
+#define BLOCKWALK_CHOICE(id, type, member, constant, initial) layout(constant_id = id) const type constant = initial;
 #endif
+BLOCKWALK_CHOICES(BLOCKWALK_CHOICE)
 
 BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
 // What interpolates reads subblocks with the ring of one voxel around them (volume/file/apron.h).

@@ -196,32 +196,6 @@ std::string_view finderName(Finder finder) {
   return kNames[static_cast<std::size_t>(finder)];
 }
 
-std::string describe(const KernelKey& key) {
-  static constexpr std::string_view kModes[] = {"blend", "first-hit", "blocks", "mip", "mean", "iso"};
-  std::string text = fmt::format("{} {} {}", voxelTypeName(static_cast<VoxelType>(key.voxel_type)), kModes[key.mode],
-                                 finderName(static_cast<Finder>(key.finder)));
-  const auto add = [&](std::uint32_t on, std::string_view word) {
-    if (on != 0) text += fmt::format(" {}", word);
-  };
-  add(key.walk, "walk");
-  add(key.cull, "cull");
-  add(key.range_open, "range-open");
-  add(key.test_voxel, "test-voxel");
-  add(key.clip, "clip");
-  add(key.filter, "linear");
-  add(key.classification, "pre-integrated");
-  add(key.lit, "lit");
-  add(key.opaque_background == 0 ? 1 : 0, "transparent");
-  static constexpr std::string_view kOutputs[] = {"", "point", "cost", "queries", "mesh"};
-  add(key.output, kOutputs[key.output]);
-  add(key.antialias, "antialias");
-  if (key.channels > 1) text += fmt::format(" {} channels", key.channels);
-  add(key.count, "count");
-  add(key.probe, "probe");
-  add(key.fine_table, "fine-table");
-  return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
-}
-
 StoredRange visibleRange(const ResolvedView& view, const VolumeInfo& info, std::size_t number) {
   const ChannelInfo& channel = info.channels[number];
   const ResolvedChannel& look = view.channels[number];

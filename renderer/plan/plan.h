@@ -2,47 +2,17 @@
 // plan(): from a view, a volume and a device to the kernel that draws it and what must be resident. Pure.
 #pragma once
 
-#include <compare>
 #include <limits>
 #include <string>
 #include <string_view>
 
+#include "renderer/plan/kernel_key.h"
 #include "view/resolved_view.h"
 
 namespace blockwalk {
 
-// The specialisation constants; member order is constant_id order (shaders/interface.glsl). `ray_query` comes last and
-// is no constant: it chooses the module.
-struct KernelKey {
-  std::uint32_t voxel_type = 0;
-  std::uint32_t mode = 0;
-  std::uint32_t finder = 0;
-  std::uint32_t walk = 0;
-  std::uint32_t cull = 0;        // on only where something that is stored cannot be seen
-  std::uint32_t range_open = 0;  // every non-empty voxel is in the range, and its channel drawn
-  std::uint32_t test_voxel = 0;  // a stored voxel may have to be left out, and its extinction does not say so
-  std::uint32_t clip = 0;        // some plane cuts the volume
-  std::uint32_t opaque_background = 0;
-  std::uint32_t subblock_side = 0;
-  std::uint32_t block_side = 0;
-  std::uint32_t filter = 0;
-  std::uint32_t lit = 0;
-  std::uint32_t classification = 0;
-  std::uint32_t output = 0;
-  std::uint32_t antialias = 0;
-  std::uint32_t channels = 1;  // drawn
-  std::uint32_t count = 0;
-  std::uint32_t probe = 0;
-  std::uint32_t fine_table = 0;  // entries are so close that the nearest will do
-  auto operator<=>(const KernelKey&) const = default;
-};
-constexpr std::uint32_t kKernelConstants = sizeof(KernelKey) / sizeof(std::uint32_t);
-
 // As views name it: auto, query, grid, ...
 std::string_view finderName(Finder finder);
-
-// "rgba8 blend grid walk cull ..." : what is compiled in, in words.
-std::string describe(const KernelKey& key);
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 

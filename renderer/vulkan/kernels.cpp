@@ -9,8 +9,6 @@
 
 namespace blockwalk {
 
-static_assert(kKernelConstants == gpu::kChoiceCount);
-
 Kernels::Kernels(const Device& device) : device_(device) {
   const auto& handle = device.handle();
   const vk::PushConstantRange push{
@@ -61,8 +59,7 @@ const vk::raii::Pipeline& Kernels::pipeline(const KernelKey& key) {
   const auto found = pipelines_.find(key);
   if (found != pipelines_.end()) return found->second;
 
-  const bool ray_query =
-      key.finder == gpu::kFinderQuery || key.finder == gpu::kFinderClusters || key.finder == gpu::kFinderBoundary;
+  const bool ray_query = key.queriesRays();
   const std::vector<std::uint32_t> words =
       specialise(ray_query ? std::span<const std::uint32_t>(render_rayquery_spirv) : render_spirv, key);
   const vk::raii::ShaderModule module = makeModule(words);
