@@ -94,7 +94,7 @@ json volumeJson(const VolumeInfo& info, std::uint64_t file_bytes) {
   json spacing = json::array();
   for (int axis = 0; axis < 3; ++axis) spacing.push_back(glm::length(glm::dvec3(info.world_from_index[axis])));
   const WorldBox box = worldBox(info);
-  object.update({{"name", info.source_name},
+  object.update({{"name", info.metadata.source_name},
                  {"type", voxelTypeName(info.type)},
                  {"dims", {info.dims.x, info.dims.y, info.dims.z}},
                  {"spacing", std::move(spacing)},
@@ -107,7 +107,7 @@ json volumeJson(const VolumeInfo& info, std::uint64_t file_bytes) {
                  {"stored_bytes", storedBytes(info)},
                  {"dense_bytes", voxelCount(info) * voxelBytes(info.type) * info.channels.size()},
                  {"file_bytes", file_bytes},
-                 {"source", info.source_name},
+                 {"source", info.metadata.source_name},
                  {"default_view", defaultViewJson(info)},
                  {"channels", std::move(channels)}});
   return object;

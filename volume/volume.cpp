@@ -21,6 +21,12 @@ std::uint64_t spreadBits(std::uint64_t value) {
   return value;
 }
 
+int gatherBits(std::uint64_t code) {
+  int value = 0;
+  for (int bit = 0; bit < 21; ++bit) value |= static_cast<int>(code >> (3 * bit) & 1) << bit;
+  return value;
+}
+
 // Index of `code` in the ascending `codes`, looked for after `from`; codes.size() when it is not there. Neighbours are
 // near in Morton order, so doubling steps find them in a few cache lines where a plain binary search would touch many.
 std::size_t findAfter(const std::vector<std::uint64_t>& codes, std::size_t from, std::uint64_t code) {
@@ -41,6 +47,10 @@ std::size_t findAfter(const std::vector<std::uint64_t>& codes, std::size_t from,
 
 std::uint64_t mortonCode(glm::uvec3 position) {
   return spreadBits(position.x) | spreadBits(position.y) << 1 | spreadBits(position.z) << 2;
+}
+
+glm::ivec3 mortonPosition(std::uint64_t code) {
+  return {gatherBits(code), gatherBits(code >> 1), gatherBits(code >> 2)};
 }
 
 void linkNeighbours(std::vector<Block>& blocks) {

@@ -10,9 +10,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "volume/voxel.h"
@@ -25,6 +28,8 @@ constexpr int kMaxBlockSide = 6;   // subblocks; 6^3 = 216 indices fit 8 bits
 constexpr int kRangeMaskBins = 8;  // Vulkan instance masks have 8 bits (Derin et al. 2021, 2.3)
 constexpr int kHistogramBins = 256;
 constexpr int kMaxChannels = 4;
+constexpr std::size_t kMaxNameBytes = 1024;  // of the source, of a label, of what else is for people
+constexpr std::size_t kMaxChannelNameBytes = 64;
 
 // Size of one level, known without reading its records.
 struct LevelInfo {
@@ -32,12 +37,32 @@ struct LevelInfo {
   std::uint64_t block_count = 0;
   std::uint64_t subblock_count = 0;
   std::uint64_t voxel_bytes = 0;  // of one channel: subblock_count * subblock_side^3 * voxelBytes
+  // With those that have no voxels and whose apron, the one-voxel ring around them, has non-empty ones.
+  std::uint64_t apron_block_count = 0;
+  std::uint64_t apron_subblock_count = 0;
 };
 
-// The values of one channel.
+// What the values of a channel are: amounts, which have a mean, or names, which have not.
+enum class ChannelValues : std::uint8_t { intensity = 0, labels = 1 };
+
+using Color = std::array<std::uint8_t, 3>;
+
+// One value of a channel of labels, in data units.
+struct LabelInfo {
+  double value = 0;
+  std::string name = {};  // may be empty
+  std::optional<Color> color = std::nullopt;
+};
+
+// The values of one channel. All text is for people: UTF-8 without control characters; empty where it is not known.
 struct ChannelInfo {
-  std::string name;        // for people: UTF-8 without control characters; empty where there is one channel
-  double value_scale = 1;  // above 0
+  std::string name = {};  // at most kMaxChannelNameBytes
+  std::string unit = {};  // of data values: "HU", "mm"
+  std::optional<Color> color = std::nullopt;
+  std::optional<std::array<double, 2>> window = std::nullopt;  // what to show first: least and greatest, data units
+  ChannelValues values = ChannelValues::intensity;
+  std::vector<LabelInfo> labels = {};  // ascending
+  double value_scale = 1;              // above 0
   double value_offset = 0;
   // Stored units. A voxel whose density is <= empty_threshold, NaN or infinite is empty: it is never shown.
   float empty_threshold = 0;
@@ -58,6 +83,16 @@ struct ChannelInfo {
   double storedFromData(double data) const { return (data - value_offset) / value_scale; }
 };
 
+// What people want to know of a volume and no picture depends on. Text as in ChannelInfo.
+struct Metadata {
+  std::string source_name;  // what it was imported from, no path
+  std::string source_kind;  // "nrrd", "demo"
+  std::string length_unit;  // of world space: "mm", "um"
+  std::string space;        // what the axes of world space are: "left-posterior-superior"
+  // What a later program wrote, by key: kept as it is.
+  std::vector<std::pair<std::string, std::string>> others;
+};
+
 // The grid, and what its channels hold.
 struct VolumeInfo {
   VoxelType type = VoxelType::u8;  // of every channel; rgba8 is a single channel
@@ -65,7 +100,7 @@ struct VolumeInfo {
   int subblock_side = 8;  // voxels: 4, 8 or 16
   int block_side = 6;     // subblocks: 1..6
   glm::dmat4 world_from_index{1.0};
-  std::string source_name;                                          // for people: what it was imported from, no path
+  Metadata metadata;
   std::vector<LevelInfo> levels;                                    // [0] is the finest
   std::vector<ChannelInfo> channels = std::vector<ChannelInfo>(1);  // 1..kMaxChannels
 
@@ -86,7 +121,7 @@ inline int rangeMaskBin(const std::array<float, kRangeMaskBins - 1>& cuts, float
 struct Subblock {
   float density_min = 0;
   float density_max = 0;
-  std::uint8_t range_mask = 0;  // bit b: some voxel lies in bin b; never 0
+  std::uint8_t range_mask = 0;  // bit b: some voxel lies in bin b; 0 where the channel is empty
 };
 
 constexpr std::uint32_t kNoBlock = 0xffffffffu;
@@ -114,6 +149,7 @@ struct Level {
 
 // Bits of x, y and z interleaved, x lowest; each below 2^21.
 std::uint64_t mortonCode(glm::uvec3 position);
+glm::ivec3 mortonPosition(std::uint64_t code);
 
 // Fills Block::neighbours. The blocks must be in Morton order without repeats.
 void linkNeighbours(std::vector<Block>& blocks);

@@ -214,13 +214,6 @@ void VulkanVolume::loadWithApron(ApronLevel& apron, std::size_t channel, Residen
       apron.readBlock(block, plain);
       layOutRinged(file_.info(), plain, out.first(subblocks * device_bytes));
       out = out.subspan(subblocks * device_bytes);
-      // The ranges are known only now.
-      const Block& read_block = apron.records().blocks[block];
-      records.blocks[block] = read_block;
-      for (std::size_t i = 0; i < read_block.subblock_count; ++i) {
-        const std::size_t subblock = read_block.first_subblock + i;
-        records.subblocks[subblock] = apron.records().subblocks[subblock];
-      }
     }
   };
   upload(records, channel, device_bytes, read, level);

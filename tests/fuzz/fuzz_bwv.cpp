@@ -2,6 +2,7 @@
 // Any bytes as a .bwv file: DataError or a volume that can be read whole. Inputs are tried as they are and with their
 // checksums made right, so that mutations get past them to the fields.
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
@@ -9,11 +10,11 @@
 #include <vector>
 
 #include "tests/fuzz/memory_file.h"
+#include "tests/volume/file/seal.h"
 #include "tests/volume/memory_source.h"
 #include "volume/build/builder.h"
 #include "volume/error.h"
 #include "volume/file/file.h"
-#include "volume/file/header.h"
 
 namespace {
 
@@ -25,6 +26,7 @@ void readAll(const MemoryFile& memory) {
     const int channels = static_cast<int>(file.info().channels.size());
     for (int i = 0; i < static_cast<int>(file.info().levels.size()) * channels; ++i) {
       const int index = i / channels;
+      file.readApronLevel(index, i % channels);
       const Level level = file.readLevel(index, i % channels);
       const std::uint64_t each = file.info().subblockVoxels() * voxelBytes(file.info().type);
       std::vector<std::byte> voxels;
@@ -38,30 +40,12 @@ void readAll(const MemoryFile& memory) {
   }
 }
 
-// Makes every checksum right whose section lies inside the bytes.
-void seal(std::vector<std::byte>& bytes) {
-  FileHeader header;
-  if (bytes.size() < sizeof header) return;
-  std::memcpy(&header, bytes.data(), sizeof header);
-  const std::span<std::byte> all(bytes);
-  const std::size_t channels = std::clamp<std::size_t>(header.channel_count, 1, kMaxChannels);
-  for (std::size_t i = 0; i < std::min<std::size_t>(header.level_count, kMaxLevels) * channels; ++i) {
-    const std::size_t at = sizeof header + i * sizeof(LevelEntry);
-    if (at + sizeof(LevelEntry) > bytes.size()) break;
-    LevelEntry entry;
-    std::memcpy(&entry, bytes.data() + at, sizeof entry);
-    for (Section* section : {&entry.blocks, &entry.subblocks, &entry.chunk_checksums}) {
-      if (section->offset > bytes.size() || section->bytes > bytes.size() - section->offset) continue;
-      section->checksum = checksumOf(all.subspan(section->offset, section->bytes));
-    }
-    std::memcpy(bytes.data() + at, &entry, sizeof entry);
-  }
-  header.file_bytes = bytes.size();
-  header.header_checksum = 0;
-  std::memcpy(bytes.data(), &header, sizeof header);
-  if (header.header_bytes > bytes.size()) return;
-  header.header_checksum = checksumOf(all.first(header.header_bytes));
-  std::memcpy(bytes.data(), &header, sizeof header);
+// Makes the length and every checksum right.
+void sealFile(std::vector<std::byte>& bytes) {
+  if (bytes.size() < sizeof(FileHeader)) return;
+  const auto length = static_cast<std::uint64_t>(bytes.size());
+  std::memcpy(bytes.data() + offsetof(FileHeader, file_bytes), &length, sizeof length);
+  volume_test::seal(bytes);
 }
 
 }  // namespace
@@ -72,7 +56,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   if (size > 0) std::memcpy(bytes.data(), data, size);
   memory.fill(bytes.data(), bytes.size());
   readAll(memory);
-  seal(bytes);
+  sealFile(bytes);
   memory.fill(bytes.data(), bytes.size());
   readAll(memory);
   return 0;

@@ -27,7 +27,7 @@ VolumeInfo sampleInfo() {
   info.channels[0].histogram[255] = 3;
   info.channels[0].bin_cuts = {1, 2, 3, 4, 5, 6, 7};
   info.channels[0].nonempty_voxels = 10;
-  info.source_name = "sample.raw";
+  info.metadata.source_name = "sample.raw";
   info.levels = {{{100, 50, 20}, 4, 9, 9216}, {{50, 25, 10}, 1, 2, 2048}};
   return info;
 }

@@ -15,13 +15,15 @@ constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{64} << 20;
 struct BuildBudget {
   std::uint64_t slab_bytes = 0;  // slices of a source without random access
   std::uint64_t sort_bytes = 0;  // records of level 0
-  std::size_t stream_bytes = 0;  // of each temporary stream; there are at most 4 a level
+  std::size_t stream_bytes = 0;  // of each temporary stream; there are at most 8 a level
+  std::size_t shell_bytes = 0;   // of shells read again when aprons are found, which is after the sort
 };
 
 inline BuildBudget budgetOf(std::uint64_t memory_bytes) {
   return {.slab_bytes = memory_bytes / 3,
           .sort_bytes = memory_bytes / 8,
-          .stream_bytes = static_cast<std::size_t>(memory_bytes / 512)};
+          .stream_bytes = static_cast<std::size_t>(memory_bytes / 1024),
+          .shell_bytes = static_cast<std::size_t>(memory_bytes / 16)};
 }
 
 // buildVolume() with another division of the memory.

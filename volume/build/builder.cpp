@@ -13,7 +13,6 @@
 #include "volume/build/scan.h"
 #include "volume/build/write.h"
 #include "volume/error.h"
-#include "volume/file/layout.h"
 #include "volume/plain_text.h"
 
 namespace blockwalk {
@@ -64,8 +63,8 @@ void checkSource(const SourceInfo& source) {
     failData("{}: the map from voxels to the world has determinant {}, must be finite and not 0", source.name,
              determinant);
   }
-  if (plainText(source.name).size() > kMaxSourceNameBytes) {
-    failData("{}: the name has {} bytes, must be at most {}", source.name, source.name.size(), kMaxSourceNameBytes);
+  if (plainText(source.name).size() > kMaxNameBytes) {
+    failData("{}: the name has {} bytes, must be at most {}", source.name, source.name.size(), kMaxNameBytes);
   }
 }
 
@@ -102,11 +101,12 @@ void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
   // The streams, the slab and the sort take up to about three fifths.
   const std::uint64_t least = fixedBytes(info) / 2 * 5;
   if (options.memory_bytes < least) {
-    failData("{}: memory is {} bytes, must be at least {} for a volume this wide with these sides", info.source_name,
-             options.memory_bytes, least);
+    failData("{}: memory is {} bytes, must be at least {} for a volume this wide with these sides",
+             info.metadata.source_name, options.memory_bytes, least);
   }
 }
 
+// What is known before a voxel is read.
 VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options) {
   VolumeInfo info;
   info.type = source.type;
@@ -120,7 +120,31 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
     info.channels[channel].value_scale = source.channels[channel].value_scale;
     info.channels[channel].value_offset = source.channels[channel].value_offset;
   }
-  info.source_name = plainText(source.name);
+  info.metadata.source_name = plainText(source.name);
+  info.metadata.source_kind = source.format;
+  return info;
+}
+
+// And what the densities are, once all were read.
+VolumeInfo describeScanned(VolumeInfo info, const Source& source, const Scan& scan, const BuildOptions& options) {
+  for (std::size_t i = 0; i < info.channels.size(); ++i) {
+    ChannelInfo& channel = info.channels[i];
+    scan.statistics[i].describe(channel, scan.thresholds[i], options.mask_bins);
+    const ConversionReport conversion = source.conversion(i);
+    // A source that converts may have lost the NaN that it counted, and one that does not may not have counted.
+    channel.nonfinite_voxels = std::max(channel.nonfinite_voxels, conversion.nonfinite_voxels);
+    channel.largest_rounding = conversion.largest_rounding;
+  }
+  return info;
+}
+
+// And what the levels hold: whole.
+VolumeInfo describeBuilt(VolumeInfo info, const BuiltLevels& built) {
+  for (const BuiltLevel& level : built.levels) info.levels.push_back(level.info);
+  for (std::size_t i = 0; i < info.channels.size(); ++i) {
+    info.channels[i].nonempty_voxels = built.counts[i].nonempty_voxels;
+    info.channels[i].histogram = built.counts[i].histogram;
+  }
   return info;
 }
 
@@ -144,23 +168,15 @@ BuildReport buildVolume(Source& source, const std::filesystem::path& path, const
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options,
                         const BuildBudget& budget) {
   checkSource(source.info());
-  VolumeInfo info = describeSource(source.info(), options);
-  checkOptions(options, info);
+  const VolumeInfo grid = describeSource(source.info(), options);
+  checkOptions(options, grid);
   checkPath(path);
   const std::filesystem::path folder = folderOf(path);
 
-  Scan scan = scanSource(source, info, options, budget, folder);
-  for (std::size_t i = 0; i < info.channels.size(); ++i) {
-    ChannelInfo& channel = info.channels[i];
-    scan.statistics[i].describe(channel, scan.thresholds[i], options.mask_bins);
-    const ConversionReport conversion = source.conversion(i);
-    // A source that converts may have lost the NaN that it counted, and one that does not may not have counted.
-    channel.nonfinite_voxels = std::max(channel.nonfinite_voxels, conversion.nonfinite_voxels);
-    channel.largest_rounding = conversion.largest_rounding;
-  }
-
-  const std::vector<BuiltLevel> levels = buildLevels(scan, info, budget, folder, options);
-  return writeVolume(path, info, levels, scan.spill, options);
+  Scan scan = scanSource(source, grid, options, budget, folder);
+  const VolumeInfo scanned = describeScanned(grid, source, scan, options);
+  BuiltLevels built = buildLevels(scan, scanned, budget, folder, options);
+  return writeVolume(path, describeBuilt(scanned, built), built, scan.spill, options);
 }
 
 }  // namespace blockwalk

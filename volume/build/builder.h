@@ -27,6 +27,8 @@ struct BuildOptions {
   // Step name ("read", "build levels", "write"), work done and work in all (rows, then subblocks); called often, from
   // the calling thread.
   std::function<void(std::string_view step, std::uint64_t done, std::uint64_t total)> progress = nullptr;
+  // Looks at the complete file before it gets its name. When this throws, `path` stays as it was.
+  std::function<void(const std::filesystem::path& complete)> accept = nullptr;
 };
 
 struct BuildReport {

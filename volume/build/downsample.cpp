@@ -58,6 +58,41 @@ std::uint32_t Downsampler::meanColor(const std::byte* const* children, int count
   return packed;
 }
 
+// All 8 children are inside, for all voxels: rows at a time. The sums are taken in the order of meanScalar().
+template <typename T>
+void Downsampler::averageWhole(const std::byte* fine, std::byte* coarse) const {
+  using Sum = std::conditional_t<std::is_floating_point_v<T>, double, std::uint32_t>;
+  constexpr std::size_t kMostSide = 16;
+  const auto side = static_cast<std::size_t>(side_);
+  const std::size_t half = side / 2;
+  std::array<T, kMostSide> row{};
+  std::array<Sum, kMostSide / 2> sums;
+  for (std::size_t z = 0; z < half; ++z) {
+    for (std::size_t y = 0; y < half; ++y) {
+      sums.fill(0);
+      for (std::size_t child = 0; child < 4; ++child) {
+        const std::size_t from = ((2 * z + child / 2) * side + 2 * y + child % 2) * side;
+        std::memcpy(row.data(), fine + from * sizeof(T), side * sizeof(T));
+        if constexpr (std::is_floating_point_v<T>) {
+          for (T& value : row) value = std::isfinite(value) ? value : empty_value_;
+        }
+        for (std::size_t x = 0; x < half; ++x) {
+          sums[x] += static_cast<Sum>(row[2 * x]);
+          sums[x] += static_cast<Sum>(row[2 * x + 1]);
+        }
+      }
+      for (std::size_t x = 0; x < half; ++x) {
+        if constexpr (std::is_floating_point_v<T>) {
+          row[x] = static_cast<T>(sums[x] / 8) + T{0};
+        } else {
+          row[x] = static_cast<T>((sums[x] + 4) / 8);
+        }
+      }
+      std::memcpy(coarse + (z * side + y) * side * sizeof(T), row.data(), half * sizeof(T));
+    }
+  }
+}
+
 void Downsampler::average(std::span<const std::byte> fine, glm::ivec3 extent, std::span<std::byte> coarse,
                           glm::ivec3 octant) const {
   const std::size_t bytes = voxelBytes(type_);
@@ -65,6 +100,12 @@ void Downsampler::average(std::span<const std::byte> fine, glm::ivec3 extent, st
     return static_cast<std::size_t>((z * side_ + y) * side_ + x) * bytes;
   };
   const glm::ivec3 base = octant * (side_ / 2);
+  if (extent == glm::ivec3(side_) && type_ != VoxelType::rgba8) {
+    std::byte* out = coarse.data() + at(base.x, base.y, base.z);
+    if (type_ == VoxelType::u8) return averageWhole<std::uint8_t>(fine.data(), out);
+    if (type_ == VoxelType::u16) return averageWhole<std::uint16_t>(fine.data(), out);
+    return averageWhole<float>(fine.data(), out);
+  }
   for (int z = 0; z < extent.z; z += 2) {
     for (int y = 0; y < extent.y; y += 2) {
       for (int x = 0; x < extent.x; x += 2) {

@@ -23,6 +23,8 @@ class Downsampler {
 
  private:
   template <typename T>
+  void averageWhole(const std::byte* fine, std::byte* coarse) const;
+  template <typename T>
   T meanScalar(const std::byte* const* children, int count) const;
   std::uint32_t meanColor(const std::byte* const* children, int count) const;
 

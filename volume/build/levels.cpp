@@ -10,16 +10,6 @@
 namespace blockwalk {
 namespace {
 
-int gatherBits(std::uint64_t code) {
-  int value = 0;
-  for (int bit = 0; bit < 21; ++bit) value |= static_cast<int>(code >> (3 * bit) & 1) << bit;
-  return value;
-}
-
-glm::ivec3 mortonPosition(std::uint64_t code) {
-  return {gatherBits(code), gatherBits(code >> 1), gatherBits(code >> 2)};
-}
-
 // One channel of a subblock with the same `voxel` everywhere; zeros outside the level.
 void fillConstant(std::span<std::byte> out, std::span<const std::byte> voxel, glm::ivec3 extent, int side) {
   std::ranges::fill(out, std::byte{0});
@@ -44,37 +34,31 @@ void clearOutside(std::span<std::byte> subblock, std::size_t voxel_bytes, glm::i
   }
 }
 
-// Adds a stored subblock to its block's range.
-void include(Block& block, const Subblock& subblock) {
-  if (subblock.range_mask == 0) return;
-  const bool first = block.range_mask == 0;
-  block.density_min = first ? subblock.density_min : std::min(block.density_min, subblock.density_min);
-  block.density_max = first ? subblock.density_max : std::max(block.density_max, subblock.density_max);
-  block.range_mask |= subblock.range_mask;
-}
-
 }  // namespace
 
-LevelBuilder::LevelBuilder(VolumeInfo& info, TempBytes& spill, const BuildBudget& budget,
-                           const std::filesystem::path& folder)
+LevelBuilder::LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, const std::filesystem::path& folder)
     : info_(info),
-      spill_(spill),
       channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)),
-      subblock_bytes_(channel_bytes_ * info.channels.size()) {
+      subblock_bytes_(channel_bytes_ * info.channels.size()),
+      built_{.levels = {}, .counts = {}, .constants = TempBytes(folder, budget.stream_bytes)} {
   for (const ChannelInfo& channel : info.channels) {
     summaries_.emplace_back(info.type, info.subblock_side, channel);
+    shell_readers_.emplace_back(info.type, info.subblock_side, channel);
     downsamplers_.emplace_back(info.type, info.subblock_side, channel);
   }
+  built_.counts.resize(info.channels.size());
   const int count = levelCount(info.dims, info.blockVoxels());
   const auto stream = [&] { return TempBytes(folder, budget.stream_bytes / info.channels.size()); };
   for (int i = 0; i < count; ++i) {
-    levels_.push_back({.info = {}, .slots = stream(), .channels = {}});
-    levels_.back().info.dims = levelDims(info.dims, i);
+    BuiltLevel& level = built_.levels.emplace_back(
+        BuiltLevel{.info = {}, .slots = stream(), .counts = stream(), .blocks = stream(), .channels = {}});
+    level.info.dims = levelDims(info.dims, i);
     for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
-      levels_.back().channels.push_back({.blocks = stream(), .subblocks = stream(), .voxels = stream()});
+      level.channels.push_back({.ranges = stream(), .apron_ranges = stream(), .voxels = stream()});
     }
+    shells_.emplace_back(std::in_place, folder, budget.stream_bytes, budget.shell_bytes);
   }
-  pending_.resize(levels_.size());
+  pending_.resize(built_.levels.size());
 }
 
 glm::ivec3 LevelBuilder::localPosition(int local) const {
@@ -86,7 +70,7 @@ bool LevelBuilder::summarise(std::size_t level, const Candidate& candidate, glm:
   bool any = false;
   for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
     const std::span<const std::byte> voxels = channelOf(candidate.voxels, channel);
-    subblocks[channel] = level == 0 ? summaries_[channel].summariseAndCount(voxels, extent, info_.channels[channel])
+    subblocks[channel] = level == 0 ? summaries_[channel].summariseAndCount(voxels, extent, built_.counts[channel])
                                     : summaries_[channel].summarise(voxels, extent);
     any = any || subblocks[channel].range_mask != 0;
   }
@@ -94,56 +78,54 @@ bool LevelBuilder::summarise(std::size_t level, const Candidate& candidate, glm:
 }
 
 void LevelBuilder::push(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates) {
-  BuiltLevel& built = levels_[level];
-  Block shape;  // what the block is in every channel
-  shape.origin = origin;
-  std::array<Block, kMaxChannels> ranges;
+  BuiltLevel& built = built_.levels[level];
+  SubblockSet stored{};
   Subblocks subblocks;
   for (const Candidate& candidate : candidates) {
     const glm::ivec3 position = origin * info_.block_side + localPosition(candidate.local);
     const glm::ivec3 extent = insideExtent(position * info_.subblock_side, built.info.dims, info_.subblock_side);
     if (!summarise(level, candidate, extent, subblocks)) continue;
-    shape.occupancy[candidate.local / 64] |= std::uint64_t{1} << (candidate.local % 64);
-    ++shape.subblock_count;
+    insert(stored, candidate.local);
     for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      include(ranges[channel], subblocks[channel]);
       record_.clear();
-      appendSubblockRecord(record_, info_, subblocks[channel]);
-      built.channels[channel].subblocks.append(record_);
+      appendRange(record_, info_.type, subblocks[channel]);
+      built.channels[channel].ranges.append(record_);
     }
+    appendShell(level, candidate, extent);
     appendContent(level, candidate);
-    if (level + 1 < levels_.size()) averageInto(level + 1, position, extent, candidate.voxels);
+    if (level + 1 < built_.levels.size()) averageInto(level + 1, position, extent, candidate.voxels);
   }
-  if (shape.subblock_count == 0) return;
+  const auto count = static_cast<std::uint8_t>(countOf(stored));
+  if (count == 0) return;
+  shells_[level]->addBlock(origin, stored);
+  built.counts.append(std::as_bytes(std::span(&count, 1)));
+  ++built.info.block_count;
+  built.info.subblock_count += count;
+}
+
+void LevelBuilder::appendShell(std::size_t level, const Candidate& candidate, glm::ivec3 extent) {
+  const std::size_t each = kShellParts * apronRangeBytes(info_.type);
+  record_.resize(info_.channels.size() * each);
   for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-    Block block = shape;
-    include(block, {.density_min = ranges[channel].density_min,
-                    .density_max = ranges[channel].density_max,
-                    .range_mask = ranges[channel].range_mask});
-    record_.clear();
-    appendBlockRecord(record_, info_, block);
-    built.channels[channel].blocks.append(record_);
+    shell_readers_[channel].read(channelOf(candidate.voxels, channel), extent,
+                                 std::span(record_).subspan(channel * each, each));
   }
-  built.info.subblock_count += shape.subblock_count;
-  if (++built.info.block_count == kNoBlock) {
-    failData("{}: level {} has more than {} blocks; take a larger block or subblock side", info_.source_name, level,
-             kNoBlock - 1);
-  }
+  shells_[level]->addSubblock(record_);
 }
 
 void LevelBuilder::appendContent(std::size_t level, const Candidate& candidate) {
   if (level > 0) {
     for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      levels_[level].channels[channel].voxels.append(channelOf(candidate.voxels, channel));
+      built_.levels[level].channels[channel].voxels.append(channelOf(candidate.voxels, channel));
     }
     return;
   }
   std::uint64_t slot = candidate.slot;
   if ((slot & kConstantSlot) != 0) {
-    slot = spill_.size() / subblock_bytes_;
-    spill_.append(candidate.voxels);
+    slot = kConstantSlot | built_.constants.size() / subblock_bytes_;
+    built_.constants.append(candidate.voxels);
   }
-  levels_[0].slots.append(std::as_bytes(std::span(&slot, 1)));
+  built_.levels[0].slots.append(std::as_bytes(std::span(&slot, 1)));
 }
 
 void LevelBuilder::averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent,
@@ -176,7 +158,7 @@ void LevelBuilder::finishPending(std::size_t level) {
     const std::span<std::byte> voxels = std::span(pending.voxels).subspan(local * subblock_bytes_, subblock_bytes_);
     const glm::ivec3 position = pending.origin * info_.block_side + localPosition(static_cast<int>(local));
     const glm::ivec3 extent =
-        insideExtent(position * info_.subblock_side, levels_[level].info.dims, info_.subblock_side);
+        insideExtent(position * info_.subblock_side, built_.levels[level].info.dims, info_.subblock_side);
     for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
       clearOutside(channelOf(voxels, channel), voxelBytes(info_.type), extent, info_.subblock_side);
     }
@@ -187,25 +169,40 @@ void LevelBuilder::finishPending(std::size_t level) {
   pending.touched.fill(false);
 }
 
-std::vector<BuiltLevel> LevelBuilder::finish() {
-  for (std::size_t level = 1; level < levels_.size(); ++level) finishPending(level);
-  info_.levels.clear();
-  for (BuiltLevel& built : levels_) {
-    built.info.voxel_bytes = built.info.subblock_count * channel_bytes_;
-    info_.levels.push_back(built.info);
+void LevelBuilder::finishAprons(std::size_t level) {
+  BuiltLevel& built = built_.levels[level];
+  std::vector<TempBytes*> ranges;
+  for (BuiltChannel& channel : built.channels) ranges.push_back(&channel.apron_ranges);
+  const LevelShells::Aprons aprons = shells_[level]->find(info_, built.info.dims, built.blocks, ranges);
+  shells_[level].reset();
+  built.info.apron_block_count = aprons.blocks;
+  built.info.apron_subblock_count = aprons.subblocks;
+  built.info.voxel_bytes = built.info.subblock_count * channel_bytes_;
+  if (aprons.subblocks > kMaxSubblocks) {
+    failData("{}: level {} has {} subblocks, must be at most {}; take a larger subblock side",
+             info_.metadata.source_name, level, aprons.subblocks, kMaxSubblocks);
   }
-  return std::move(levels_);
 }
 
-void loadSlots(const TempBytes& spill, std::span<const std::uint64_t> slots, const SlotPart& part,
-               std::span<std::byte> out) {
+BuiltLevels LevelBuilder::finish() {
+  for (std::size_t level = 0; level < built_.levels.size(); ++level) {
+    if (level > 0) finishPending(level);
+    finishAprons(level);
+  }
+  return std::move(built_);
+}
+
+void loadSlots(const TempBytes& spill, const TempBytes& constants, std::span<const std::uint64_t> slots,
+               const SlotPart& part, std::span<std::byte> out) {
   BLOCKWALK_CHECK(out.size(), ==, slots.size() * part.bytes);
   const bool whole = part.bytes == part.slot_bytes;
   for (std::size_t begin = 0; begin < slots.size();) {
     std::size_t end = begin + 1;
     while (whole && end < slots.size() && slots[end] == slots[end - 1] + 1) ++end;
-    spill.read(slots[begin] * part.slot_bytes + part.offset,
-               out.subspan(begin * part.bytes, (end - begin) * part.bytes));
+    const bool constant = (slots[begin] & kConstantSlot) != 0;
+    const std::uint64_t slot = slots[begin] & ~kConstantSlot;
+    (constant ? constants : spill)
+        .read(slot * part.slot_bytes + part.offset, out.subspan(begin * part.bytes, (end - begin) * part.bytes));
     begin = end;
   }
 }
@@ -230,7 +227,8 @@ class CandidateLoader {
     }
     loaded_.resize(slots_.size() * subblock_bytes_);
     filled_.resize((candidates.size() - slots_.size()) * subblock_bytes_);
-    loadSlots(scan_.spill, slots_, {.slot_bytes = subblock_bytes_, .offset = 0, .bytes = subblock_bytes_}, loaded_);
+    loadSlots(scan_.spill, scan_.constants, slots_,
+              {.slot_bytes = subblock_bytes_, .offset = 0, .bytes = subblock_bytes_}, loaded_);
     std::size_t next_loaded = 0;
     std::size_t next_filled = 0;
     for (LevelBuilder::Candidate& candidate : candidates) {
@@ -270,9 +268,9 @@ class CandidateLoader {
 
 }  // namespace
 
-std::vector<BuiltLevel> buildLevels(Scan& scan, VolumeInfo& info, const BuildBudget& budget,
-                                    const std::filesystem::path& folder, const BuildOptions& options) {
-  LevelBuilder builder(info, scan.spill, budget, folder);
+BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& budget,
+                        const std::filesystem::path& folder, const BuildOptions& options) {
+  LevelBuilder builder(info, budget, folder);
   CandidateLoader loader(scan, info);
   std::vector<LevelBuilder::Candidate> candidates;
   std::uint64_t code = 0;

@@ -9,9 +9,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "volume/build/aprons.h"
 #include "volume/build/budget.h"
 #include "volume/build/downsample.h"
 #include "volume/build/scan.h"
@@ -22,22 +24,30 @@ namespace blockwalk {
 
 // One channel of a finished level, as the file will hold it.
 struct BuiltChannel {
-  TempBytes blocks;     // block records
-  TempBytes subblocks;  // subblock records
-  TempBytes voxels;     // of coarser levels
+  TempBytes ranges;
+  TempBytes apron_ranges;
+  TempBytes voxels;  // of coarser levels
 };
 
 struct BuiltLevel {
   LevelInfo info;
-  TempBytes slots;  // of level 0: a u64 a subblock, where the spill has its voxels
+  TempBytes slots;   // of level 0: a u64 a subblock, where its voxels are; with kConstantSlot in `constants`
+  TempBytes counts;  // a u8 a stored block: its subblocks
+  TempBytes blocks;  // block records
   std::vector<BuiltChannel> channels;
+};
+
+struct BuiltLevels {
+  std::vector<BuiltLevel> levels;
+  std::vector<ChannelCounts> counts;  // by channel
+  TempBytes constants;                // subblocks of level 0 that the spill has not, each channel after channel
 };
 
 class LevelBuilder {
  public:
-  // `info` is complete but for the levels and the channels' histogram and nonempty_voxels, which this fills. Both
-  // outlive the builder.
-  LevelBuilder(VolumeInfo& info, TempBytes& spill, const BuildBudget& budget, const std::filesystem::path& folder);
+  // `info` is complete but for what this finds: levels, and of the channels histogram and nonempty_voxels. It outlives
+  // the builder.
+  LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, const std::filesystem::path& folder);
 
   struct Candidate {
     std::uint8_t local = 0;
@@ -47,8 +57,8 @@ class LevelBuilder {
   // The candidates of one block of level 0, in ascending order of `local`; blocks in Morton order. Those without a
   // non-empty voxel in any channel are dropped.
   void add(glm::ivec3 origin, std::span<const Candidate> candidates) { push(0, origin, candidates); }
-  // Finishes all levels and sets info.levels.
-  std::vector<BuiltLevel> finish();
+  // Finishes all levels.
+  BuiltLevels finish();
 
  private:
   struct Pending {
@@ -66,34 +76,38 @@ class LevelBuilder {
   }
   void push(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates);
   void appendContent(std::size_t level, const Candidate& candidate);
+  void appendShell(std::size_t level, const Candidate& candidate, glm::ivec3 extent);
   void averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent, std::span<const std::byte> voxels);
   void finishPending(std::size_t level);
+  void finishAprons(std::size_t level);
   glm::ivec3 localPosition(int local) const;
 
-  VolumeInfo& info_;
-  TempBytes& spill_;
+  const VolumeInfo& info_;
   std::vector<SubblockSummary> summaries_;  // by channel
+  std::vector<ShellReader> shell_readers_;  // by channel
   std::vector<Downsampler> downsamplers_;   // by channel
   std::size_t channel_bytes_;               // of a subblock in one channel
   std::size_t subblock_bytes_;              // in all
-  std::vector<BuiltLevel> levels_;
-  std::vector<Pending> pending_;  // [0] is not used
+  BuiltLevels built_;
+  std::vector<std::optional<LevelShells>> shells_;  // of a level until it is finished
+  std::vector<Pending> pending_;                    // [0] is not used
   std::vector<std::byte> record_;
 };
 
 // Feeds the scan's records to a LevelBuilder, block by block.
-std::vector<BuiltLevel> buildLevels(Scan& scan, VolumeInfo& info, const BuildBudget& budget,
-                                    const std::filesystem::path& folder, const BuildOptions& options);
+BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& budget,
+                        const std::filesystem::path& folder, const BuildOptions& options);
 
-// Where in a slot of the spill to read: `bytes` from `offset` on, of the `slot_bytes` that a slot has.
+// Where in a slot to read: `bytes` from `offset` on, of the `slot_bytes` that a slot has.
 struct SlotPart {
   std::size_t slot_bytes = 0;
   std::size_t offset = 0;
   std::size_t bytes = 0;
 };
 
-// Reads that part of each slot, one after the other into `out`; whole slots that are neighbours are read at once.
-void loadSlots(const TempBytes& spill, std::span<const std::uint64_t> slots, const SlotPart& part,
-               std::span<std::byte> out);
+// Reads that part of each slot, one after the other into `out`, from the spill or, where a slot has kConstantSlot, from
+// the constants; whole slots that are neighbours are read at once.
+void loadSlots(const TempBytes& spill, const TempBytes& constants, std::span<const std::uint64_t> slots,
+               const SlotPart& part, std::span<std::byte> out);
 
 }  // namespace blockwalk

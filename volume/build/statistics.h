@@ -24,7 +24,6 @@ class DensityStatistics {
   DensityStatistics(VoxelType type, float reference);
 
   void add(std::span<const std::byte> voxels);
-  std::uint64_t nonfiniteVoxels() const { return nonfinite_; }
 
   // Fills empty_threshold, density_min, density_max, bin_cuts, histogram_lo, histogram_hi, nonfinite_voxels.
   void describe(ChannelInfo& channel, std::optional<float> threshold, MaskBins bins) const;

@@ -47,6 +47,8 @@ class OutputFile {
   OutputFile& operator=(const OutputFile&) = delete;
 
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  // Where it is until commit().
+  const std::filesystem::path& partialPath() const { return partial_; }
   void commit();
 
  private:

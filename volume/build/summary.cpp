@@ -35,7 +35,7 @@ std::uint8_t SubblockSummary::histogramBinOf(float density) const {
 }
 
 template <typename T, std::size_t channels, bool counting>
-Subblock SubblockSummary::scan(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo* totals) const {
+Subblock SubblockSummary::scan(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelCounts* totals) const {
   Subblock result;
   T least{};
   T greatest{};
@@ -75,7 +75,7 @@ Subblock SubblockSummary::scan(std::span<const std::byte> voxels, glm::ivec3 ext
 }
 
 template <bool counting>
-Subblock SubblockSummary::scanType(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo* totals) const {
+Subblock SubblockSummary::scanType(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelCounts* totals) const {
   switch (type_) {
     case VoxelType::u8:
       return scan<std::uint8_t, 1, counting>(voxels, extent, totals);
@@ -94,7 +94,7 @@ Subblock SubblockSummary::summarise(std::span<const std::byte> voxels, glm::ivec
 }
 
 Subblock SubblockSummary::summariseAndCount(std::span<const std::byte> voxels, glm::ivec3 extent,
-                                            ChannelInfo& totals) const {
+                                            ChannelCounts& totals) const {
   return scanType<true>(voxels, extent, &totals);
 }
 

@@ -11,6 +11,12 @@
 
 namespace blockwalk {
 
+// What is counted of one channel over all subblocks of level 0.
+struct ChannelCounts {
+  std::uint64_t nonempty_voxels = 0;
+  std::array<std::uint64_t, kHistogramBins> histogram{};
+};
+
 class SubblockSummary {
  public:
   // Takes threshold, cuts and histogram bounds of the channel, which must be final. `side`: of a subblock, voxels.
@@ -18,14 +24,14 @@ class SubblockSummary {
 
   // Minimum, maximum and mask over the non-empty voxels inside `extent`; the mask is 0 when there are none.
   Subblock summarise(std::span<const std::byte> voxels, glm::ivec3 extent) const;
-  // The same, and adds those voxels to the histogram.
-  Subblock summariseAndCount(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo& totals) const;
+  // The same, and adds those voxels to the totals.
+  Subblock summariseAndCount(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelCounts& totals) const;
 
  private:
   template <typename T, std::size_t channels, bool counting>
-  Subblock scan(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo* totals) const;
+  Subblock scan(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelCounts* totals) const;
   template <bool counting>
-  Subblock scanType(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelInfo* totals) const;
+  Subblock scanType(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelCounts* totals) const;
   std::uint8_t maskOf(float density) const;
   std::uint8_t histogramBinOf(float density) const;
 

@@ -10,6 +10,7 @@
 
 #include "volume/error.h"
 #include "volume/file/header.h"
+#include "volume/file/metadata.h"
 
 namespace blockwalk {
 namespace {
@@ -28,85 +29,123 @@ class RunningChecksum {
   std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
 };
 
+constexpr std::uint64_t kPartBytes = std::uint64_t{1} << 20;  // copied at once; a page may be longer
+
+FileSizes sizesOf(const VolumeInfo& info, const BuiltLevels& built, const std::string& metadata) {
+  FileSizes sizes{.blocks = {}, .voxels = {}, .metadata = metadata.size()};
+  for (std::size_t i = 0; i < info.levels.size(); ++i) {
+    sizes.blocks.push_back(built.levels[i].blocks.size());
+    sizes.voxels.insert(sizes.voxels.end(), info.channels.size(), info.levels[i].voxel_bytes);
+  }
+  return sizes;
+}
+
 class VolumeWriter {
  public:
-  VolumeWriter(const std::filesystem::path& path, const VolumeInfo& info, const BuildOptions& options)
+  VolumeWriter(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
+               const TempBytes& spill, const BuildOptions& options)
       : info_(info),
+        built_(built),
+        spill_(spill),
         options_(options),
         path_(path),
-        layout_(layOutFile(info)),
+        metadata_(encodeMetadata(info, path.string())),
+        layout_(layOutFile(info, sizesOf(info, built, metadata_))),
         file_(path, layout_.file_bytes),
-        part_(kChunkBytes),
+        part_(kPartBytes),
         channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)) {
     for (const LevelInfo& level : info.levels) subblocks_ += level.subblock_count * info.channels.size();
   }
 
-  void writeLevel(std::size_t index, const BuiltLevel& level, const TempBytes& spill) {
+  void writeLevel(std::size_t index) {
+    const BuiltLevel& level = built_.levels[index];
+    copyRecords(level.blocks, layout_.levels[index].blocks);
     for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      LevelEntry& entry = layout_.entry(index, channel);
-      copyRecords(level.channels[channel].blocks, entry.blocks);
-      copyRecords(level.channels[channel].subblocks, entry.subblocks);
+      ChannelSections& sections = layout_.of(index, channel);
+      copyRecords(level.channels[channel].ranges, sections.ranges);
+      copyRecords(level.channels[channel].apron_ranges, sections.apron_ranges);
       if (index > 0) {
         const TempBytes& voxels = level.channels[channel].voxels;
-        writeVoxels(entry, [&](std::uint64_t at, std::span<std::byte> chunk) { voxels.read(at, chunk); });
+        writePages(level, sections, [&](std::uint64_t at, std::span<std::byte> out) { voxels.read(at, out); });
         continue;
       }
       const SlotPart part{.slot_bytes = channel_bytes_ * info_.channels.size(),
                           .offset = channel * channel_bytes_,
                           .bytes = channel_bytes_};
       std::vector<std::uint64_t> slots;
-      writeVoxels(entry, [&](std::uint64_t at, std::span<std::byte> chunk) {
-        slots.resize(chunk.size() / channel_bytes_);
+      writePages(level, sections, [&](std::uint64_t at, std::span<std::byte> out) {
+        slots.resize(out.size() / channel_bytes_);
         level.slots.read(at / channel_bytes_ * sizeof(std::uint64_t), std::as_writable_bytes(std::span(slots)));
-        loadSlots(spill, slots, part, chunk);
+        loadSlots(spill_, built_.constants, slots, part, out);
       });
     }
   }
 
   BuildReport finish() {
-    const std::vector<std::byte> header = encodeHeader(info_, layout_);
+    const std::vector<std::byte> header = encodeHeader(info_, layout_, metadata_);
     decodeHeader(header, layout_.file_bytes, path_.string());  // what a reader would refuse gets no name
     file_.write(0, header);
+    if (options_.accept) options_.accept(file_.partialPath());
     file_.commit();
     BuildReport report{.info = info_, .file_bytes = layout_.file_bytes};
-    for (std::size_t i = 0; i < layout_.entries.size(); ++i) {
-      const LevelEntry& entry = layout_.entries[i];
+    for (std::size_t i = 0; i < layout_.sections.size(); ++i) {
+      const ChannelSections& sections = layout_.sections[i];
       if (i < layout_.channels) {
-        report.level0_voxel_bytes += entry.voxels.bytes;
+        report.level0_voxel_bytes += sections.voxels.bytes;
       } else {
         report.coarser_level_bytes +=
-            entry.blocks.bytes + entry.subblocks.bytes + entry.chunk_checksums.bytes + entry.voxels.bytes;
+            sections.ranges.bytes + sections.apron_ranges.bytes + sections.pages.bytes + sections.voxels.bytes;
       }
     }
+    for (std::size_t i = 1; i < layout_.levels.size(); ++i)
+      report.coarser_level_bytes += layout_.levels[i].blocks.bytes;
     report.overhead_bytes = report.file_bytes - report.level0_voxel_bytes - report.coarser_level_bytes;
     return report;
   }
 
  private:
-  // `read(at, chunk)` fills a chunk with the section's bytes from `at` on. A subblock divides a chunk.
+  // `read(at, out)` fills `out` with the section's bytes from `at` on, whole subblocks.
   template <typename Read>
-  void writeVoxels(LevelEntry& entry, Read read) {
-    std::vector<std::uint64_t> sums;
-    for (std::uint64_t at = 0; at < entry.voxels.bytes; at += kChunkBytes) {
-      const auto bytes = std::min<std::uint64_t>(kChunkBytes, entry.voxels.bytes - at);
-      const std::span<std::byte> chunk = std::span(part_).first(static_cast<std::size_t>(bytes));
-      read(at, chunk);
-      sums.push_back(checksumOf(chunk));
-      file_.write(entry.voxels.offset + at, chunk);
+  void writePages(const BuiltLevel& level, ChannelSections& sections, Read read) {
+    std::vector<std::uint8_t> counts(static_cast<std::size_t>(level.counts.size()));
+    level.counts.read(0, std::as_writable_bytes(std::span(counts)));
+    std::vector<PageEntry> pages;
+    std::uint64_t at = 0;
+    for (std::size_t begin = 0; begin < counts.size();) {
+      std::size_t end = begin;
+      std::size_t bytes = 0;
+      do {
+        bytes += counts[end++] * channel_bytes_;
+      } while (end < counts.size() && bytes + counts[end] * channel_bytes_ <= kPartBytes);
+      if (part_.size() < bytes) part_.resize(bytes);
+      const std::span<std::byte> run = std::span(part_).first(bytes);
+      read(at, run);
+      std::size_t done = 0;
+      for (; begin < end; ++begin) {
+        const std::size_t page = counts[begin] * channel_bytes_;
+        pages.push_back({.checksum = checksumOf(run.subspan(done, page)),
+                         .bytes = static_cast<std::uint32_t>(page),
+                         .codec = static_cast<std::uint8_t>(Codec::raw),
+                         .subblocks = counts[begin]});
+        done += page;
+      }
+      file_.write(sections.voxels.offset + at, run);
+      at += bytes;
       written_ += bytes / channel_bytes_;
       if (options_.progress) options_.progress("write", written_, subblocks_);
     }
-    const auto sum_bytes = std::as_bytes(std::span(sums));
-    BLOCKWALK_CHECK(sum_bytes.size(), ==, entry.chunk_checksums.bytes);
-    file_.write(entry.chunk_checksums.offset, sum_bytes);
-    entry.chunk_checksums.checksum = checksumOf(sum_bytes);
+    BLOCKWALK_CHECK(at, ==, sections.voxels.bytes);
+    const auto page_bytes = std::as_bytes(std::span(pages));
+    BLOCKWALK_CHECK(page_bytes.size(), ==, sections.pages.bytes);
+    file_.write(sections.pages.offset, page_bytes);
+    sections.pages.checksum = checksumOf(page_bytes);
   }
 
   void copyRecords(const TempBytes& records, Section& section) {
     BLOCKWALK_CHECK(records.size(), ==, section.bytes);
     RunningChecksum checksum;
-    for (std::uint64_t at = 0; at < section.bytes; at += kChunkBytes) {
-      const auto bytes = std::min<std::uint64_t>(kChunkBytes, section.bytes - at);
+    for (std::uint64_t at = 0; at < section.bytes; at += kPartBytes) {
+      const auto bytes = std::min<std::uint64_t>(kPartBytes, section.bytes - at);
       const std::span<std::byte> part = std::span(part_).first(static_cast<std::size_t>(bytes));
       records.read(at, part);
       checksum.add(part);
@@ -116,8 +155,11 @@ class VolumeWriter {
   }
 
   const VolumeInfo& info_;
+  const BuiltLevels& built_;
+  const TempBytes& spill_;
   const BuildOptions& options_;
   std::filesystem::path path_;
+  std::string metadata_;
   FileLayout layout_;
   OutputFile file_;
   std::vector<std::byte> part_;
@@ -128,10 +170,10 @@ class VolumeWriter {
 
 }  // namespace
 
-BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info,
-                        const std::vector<BuiltLevel>& levels, const TempBytes& spill, const BuildOptions& options) {
-  VolumeWriter writer(path, info, options);
-  for (std::size_t i = levels.size(); i-- > 0;) writer.writeLevel(i, levels[i], spill);
+BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
+                        const TempBytes& spill, const BuildOptions& options) {
+  VolumeWriter writer(path, info, built, spill, options);
+  for (std::size_t i = info.levels.size(); i-- > 0;) writer.writeLevel(i);
   return writer.finish();
 }
 

@@ -11,8 +11,9 @@
 
 namespace blockwalk {
 
-// Writes the file and gives it its name. `info` is complete.
-BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info,
-                        const std::vector<BuiltLevel>& levels, const TempBytes& spill, const BuildOptions& options);
+// Writes the file and gives it its name.
+// `info` is complete.
+BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
+                        const TempBytes& spill, const BuildOptions& options);
 
 }  // namespace blockwalk

@@ -22,22 +22,20 @@ namespace blockwalk {
 // Memory: the records and a bounded cache of blocks. `file` must outlive it. Throws what VolumeFile throws.
 class ApronLevel {
  public:
-  // Reads the voxels of all channels once, to find the subblocks.
+  // Reads records only.
   ApronLevel(const VolumeFile& file, int level, int channel);
-  // Another channel of the same level, whose subblocks are known: reads records only.
-  ApronLevel(const ApronLevel& found, int channel);
+  // Another channel of the same level.
+  ApronLevel(const ApronLevel& found, int channel) : ApronLevel(found.file_, found.level_, channel) {}
 
-  // Blocks are final. A subblock's minimum, maximum and mask cover every value that interpolation can give inside it;
-  // they are known once readBlock() was called for its block, and so are the block's own. Where the channel is empty in
-  // a subblock and its whole ring, which happens only where there are several channels, the mask is 0 and the range is
-  // the empty value.
+  // What VolumeFile::readApronLevel() says.
   const Level& records() const { return records_; }
 
   // Voxels of a subblock: (subblock_side + 2)^3, x fastest, beginning one voxel below its first.
   std::uint64_t subblockVoxels() const;
   std::uint64_t subblockBytes() const;
 
-  // Writes the voxels of a block's subblocks, one after the other: subblock_count * subblockBytes() bytes.
+  // Writes the voxels of a block's subblocks, one after the other: subblock_count * subblockBytes() bytes. Reads the
+  // stored blocks that these touch, those that it read last but once.
   void readBlock(std::size_t block, std::span<std::byte> out);
 
  private:
@@ -47,19 +45,17 @@ class ApronLevel {
   };
 
   std::size_t denseBytes() const;
-  void findSubblocks();
-  const std::vector<std::byte>& stored(std::size_t block, int channel);
+  const std::vector<std::byte>& stored(std::size_t block);
   void gather(glm::ivec3 origin, std::size_t around);
   void repeatEdges(glm::ivec3 first_voxel);
-  void describeSubblock(const std::byte* voxels, Subblock& subblock) const;
 
   const VolumeFile& file_;
   int level_;
   int channel_;
-  Level source_;                                                  // as the file stores it
+  Level source_;                                                  // what has voxels
   std::unordered_map<std::uint64_t, std::size_t> source_blocks_;  // Morton code to index
   Level records_;
-  std::unordered_map<std::size_t, CachedBlock> cache_;  // by block * channels + channel
+  std::unordered_map<std::size_t, CachedBlock> cache_;  // by block
   std::list<std::size_t> ages_;                         // most recent first
   std::uint64_t cached_bytes_ = 0;
   std::vector<std::byte> dense_;  // a block and its ring

@@ -2,9 +2,6 @@
 #include "volume/file/channel.h"
 
 #include <cmath>
-#include <cstring>
-
-#include "volume/plain_text.h"
 
 namespace blockwalk {
 namespace {
@@ -30,8 +27,9 @@ void checkRanges(const ChannelFields& fields, const ChannelPlace& place, const F
 
 }  // namespace
 
-void checkChannelFields(const ChannelFields& fields, const ChannelPlace& place, std::uint64_t voxels,
-                        const FieldCheck& check) {
+void checkChannel(const ChannelEntry& entry, const ChannelPlace& place, VoxelType type, std::uint64_t voxels,
+                  const FieldCheck& check) {
+  const ChannelFields& fields = entry.fields;
   check(std::isfinite(fields.value_scale) && fields.value_scale > 0, CHANNEL_FIELD(value_scale), "finite and above 0");
   check(std::isfinite(fields.value_offset), CHANNEL_FIELD(value_offset), "finite");
   check(std::isfinite(fields.largest_rounding) && fields.largest_rounding >= 0, CHANNEL_FIELD(largest_rounding),
@@ -47,61 +45,49 @@ void checkChannelFields(const ChannelFields& fields, const ChannelPlace& place, 
     left -= fields.histogram[i];
   }
   check(left == 0, CHANNEL_FIELD(nonempty_voxels), "the sum of the histogram");
-}
-
-void checkChannelName(const ChannelEntry& entry, const ChannelPlace& place, const FieldCheck& check) {
-  check(entry.name_bytes <= kMaxChannelNameBytes, place.name("name_bytes"),
-        place.offset + offsetof(ChannelEntry, name_bytes), entry.name_bytes, "at most 64");
-  check(entry.reserved == 0, place.name("reserved"), place.offset + offsetof(ChannelEntry, reserved), entry.reserved,
-        "0");
-  const std::string_view name(entry.name.data(), entry.name_bytes);
-  if (!isPlainText(name)) {
-    failData("{}: {} at offset {} is not UTF-8 without control characters", check.file, place.name("name"),
-             place.offset + offsetof(ChannelEntry, name));
-  }
-  for (std::size_t i = entry.name_bytes; i < entry.name.size(); ++i) {
-    check(entry.name[i] == 0, place.name("name"), place.offset + offsetof(ChannelEntry, name) + i,
-          static_cast<int>(entry.name[i]), "0 behind the name");
+  const bool may_be_labels = type != VoxelType::rgba8;
+  check(entry.values <= (may_be_labels ? 1 : 0), place.name("values"), place.offset + offsetof(ChannelEntry, values),
+        entry.values, may_be_labels ? "0 (intensity) or 1 (labels)" : "0 (intensity) for rgba8");
+  for (std::size_t i = 0; i < entry.reserved.size(); ++i) {
+    check(entry.reserved[i] == 0, place.name("reserved"), place.offset + offsetof(ChannelEntry, reserved) + i,
+          entry.reserved[i], "0");
   }
 }
 
-ChannelInfo channelOf(const ChannelFields& fields) {
-  return {.name = {},
-          .value_scale = fields.value_scale,
-          .value_offset = fields.value_offset,
-          .empty_threshold = fields.empty_threshold,
-          .density_min = fields.density_min,
-          .density_max = fields.density_max,
-          .bin_cuts = fields.bin_cuts,
-          .histogram_lo = fields.histogram_lo,
-          .histogram_hi = fields.histogram_hi,
-          .histogram = fields.histogram,
-          .nonempty_voxels = fields.nonempty_voxels,
-          .nonfinite_voxels = fields.nonfinite_voxels,
-          .largest_rounding = fields.largest_rounding};
-}
-
-ChannelFields fieldsOf(const ChannelInfo& channel) {
-  return {.value_scale = channel.value_scale,
-          .value_offset = channel.value_offset,
-          .largest_rounding = channel.largest_rounding,
-          .nonempty_voxels = channel.nonempty_voxels,
-          .nonfinite_voxels = channel.nonfinite_voxels,
-          .empty_threshold = channel.empty_threshold,
-          .density_min = channel.density_min,
-          .density_max = channel.density_max,
-          .histogram_lo = channel.histogram_lo,
-          .histogram_hi = channel.histogram_hi,
-          .bin_cuts = channel.bin_cuts,
-          .histogram = channel.histogram};
+ChannelInfo channelOf(const ChannelEntry& entry) {
+  const ChannelFields& fields = entry.fields;
+  ChannelInfo channel;
+  channel.values = static_cast<ChannelValues>(entry.values);
+  channel.value_scale = fields.value_scale;
+  channel.value_offset = fields.value_offset;
+  channel.empty_threshold = fields.empty_threshold;
+  channel.density_min = fields.density_min;
+  channel.density_max = fields.density_max;
+  channel.bin_cuts = fields.bin_cuts;
+  channel.histogram_lo = fields.histogram_lo;
+  channel.histogram_hi = fields.histogram_hi;
+  channel.histogram = fields.histogram;
+  channel.nonempty_voxels = fields.nonempty_voxels;
+  channel.nonfinite_voxels = fields.nonfinite_voxels;
+  channel.largest_rounding = fields.largest_rounding;
+  return channel;
 }
 
 ChannelEntry entryOf(const ChannelInfo& channel) {
-  ChannelEntry entry;
-  entry.fields = fieldsOf(channel);
-  entry.name_bytes = static_cast<std::uint32_t>(channel.name.size());
-  std::memcpy(entry.name.data(), channel.name.data(), channel.name.size());
-  return entry;
+  return {.fields = {.value_scale = channel.value_scale,
+                     .value_offset = channel.value_offset,
+                     .largest_rounding = channel.largest_rounding,
+                     .nonempty_voxels = channel.nonempty_voxels,
+                     .nonfinite_voxels = channel.nonfinite_voxels,
+                     .empty_threshold = channel.empty_threshold,
+                     .density_min = channel.density_min,
+                     .density_max = channel.density_max,
+                     .histogram_lo = channel.histogram_lo,
+                     .histogram_hi = channel.histogram_hi,
+                     .bin_cuts = channel.bin_cuts,
+                     .histogram = channel.histogram},
+          .values = static_cast<std::uint8_t>(channel.values),
+          .reserved = {}};
 }
 
 }  // namespace blockwalk

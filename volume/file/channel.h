@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The values of one channel in the header of a .bwv file: checks of their bounds, and to and from ChannelInfo.
+// A channel's entry in the header of a .bwv file: checks of its bounds, and to and from ChannelInfo.
 #pragma once
 
 #include <cstddef>
@@ -23,21 +23,19 @@ struct FieldCheck {
   }
 };
 
-// Where a channel's fields stand in the file, and what messages call them.
+// Where a channel's entry stands in the file, and what messages call it.
 struct ChannelPlace {
   std::size_t offset = 0;
-  std::string prefix;  // "" or "channel 1 "
+  std::string prefix;  // "channel 1 "
 
   std::string name(std::string_view field) const { return fmt::format("{}{}", prefix, field); }
 };
 // `voxels`: of level 0, in all.
-void checkChannelFields(const ChannelFields& fields, const ChannelPlace& place, std::uint64_t voxels,
-                        const FieldCheck& check);
-void checkChannelName(const ChannelEntry& entry, const ChannelPlace& place, const FieldCheck& check);
+void checkChannel(const ChannelEntry& entry, const ChannelPlace& place, VoxelType type, std::uint64_t voxels,
+                  const FieldCheck& check);
 
-// Without a name.
-ChannelInfo channelOf(const ChannelFields& fields);
-ChannelFields fieldsOf(const ChannelInfo& channel);
+// Without what the metadata say.
+ChannelInfo channelOf(const ChannelEntry& entry);
 ChannelEntry entryOf(const ChannelInfo& channel);
 
 }  // namespace blockwalk

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cerrno>
 #include <cstring>
 #include <string>
@@ -17,6 +18,11 @@
 #include "volume/file/records.h"
 
 namespace blockwalk {
+namespace {
+
+constexpr std::uint64_t kRunBytes = std::uint64_t{1} << 18;  // of pages read at once, or a single page
+
+}  // namespace
 
 // The open file. Nothing is mapped: reading a page of a mapping that lies beyond the end of a file which was truncated
 // meanwhile ends the process, and no check beforehand can be early enough.
@@ -31,17 +37,20 @@ struct VolumeFile::Opened {
   // Throws when the file is shorter than it was.
   void checkLength() const;
   // The bytes of a section that has a checksum of its own.
-  std::vector<std::byte> readSection(const Section& which, std::string_view what, int level, int channel) const;
-  const LevelEntry& entry(int level, int channel) const;
-  // "level 1" or, where there are several channels, "level 1 channel 0"
-  std::string placeName(int level, int channel) const;
+  std::vector<std::byte> readSection(const Section& which, std::string_view what, const RecordPlace& place) const;
+  RecordPlace place(int level, int channel) const;
+  const std::vector<Page>& pagesOf(const RecordPlace& place) const {
+    return pages[place.level * header.layout.channels + place.channel];
+  }
+  Level readRecords(int level, int channel, Extent extent) const;
 
   std::filesystem::path path;
   std::string name;  // for messages
   int descriptor = -1;
   std::uint64_t bytes = 0;
   DecodedHeader header;
-  std::vector<std::vector<std::byte>> chunk_checksums;  // of each of the layout's entries, u64 each
+  std::vector<std::vector<Page>> pages;  // as the layout's sections
+  mutable std::atomic<std::uint64_t> bytes_read = 0;
 };
 
 VolumeFile::Opened::Opened(const std::filesystem::path& file_path) : path(file_path), name(file_path.string()) {
@@ -56,13 +65,16 @@ VolumeFile::Opened::Opened(const std::filesystem::path& file_path) : path(file_p
     if (bytes < sizeof(FileHeader)) {
       failData("{}: {} bytes, but the header of a .bwv file alone has {}", name, bytes, sizeof(FileHeader));
     }
-    std::vector<std::byte> start(std::min<std::uint64_t>(bytes, kMaxHeaderBytes));
+    std::vector<std::byte> start(sizeof(FileHeader));
     read(0, start);
+    start.resize(headerBytes(start, bytes, name));
+    read(sizeof(FileHeader), std::span(start).subspan(sizeof(FileHeader)));
     header = decodeHeader(start, bytes, name);
-    const std::size_t channels = header.layout.channels;
-    for (std::size_t i = 0; i < header.layout.entries.size(); ++i) {
-      chunk_checksums.push_back(readSection(header.layout.entries[i].chunk_checksums, "chunk checksums",
-                                            static_cast<int>(i / channels), static_cast<int>(i % channels)));
+    for (int level = 0; level < static_cast<int>(header.info.levels.size()); ++level) {
+      for (int channel = 0; channel < static_cast<int>(header.info.channels.size()); ++channel) {
+        const RecordPlace at = place(level, channel);
+        pages.push_back(decodePages(at, header.info, readSection(at.sections.pages, "pages", at)));
+      }
     }
   } catch (...) {
     ::close(descriptor);
@@ -84,6 +96,7 @@ void VolumeFile::Opened::read(std::uint64_t offset, std::span<std::byte> out) co
     }
     done += static_cast<std::size_t>(count);
   }
+  bytes_read += out.size();
 }
 
 void VolumeFile::Opened::checkLength() const {
@@ -93,29 +106,45 @@ void VolumeFile::Opened::checkLength() const {
   if (now < bytes) failData("{}: shrank from {} to {} bytes since it was opened", name, bytes, now);
 }
 
-const LevelEntry& VolumeFile::Opened::entry(int level, int channel) const {
+RecordPlace VolumeFile::Opened::place(int level, int channel) const {
   BLOCKWALK_CHECK(level, >=, 0);
-  BLOCKWALK_CHECK(static_cast<std::size_t>(level), <, header.layout.levelCount());
+  BLOCKWALK_CHECK(static_cast<std::size_t>(level), <, header.info.levels.size());
   BLOCKWALK_CHECK(channel, >=, 0);
-  BLOCKWALK_CHECK(static_cast<std::size_t>(channel), <, header.layout.channels);
-  return header.layout.entry(static_cast<std::size_t>(level), static_cast<std::size_t>(channel));
+  BLOCKWALK_CHECK(static_cast<std::size_t>(channel), <, header.info.channels.size());
+  const auto level_index = static_cast<std::size_t>(level);
+  const auto channel_index = static_cast<std::size_t>(channel);
+  return {.file = name,
+          .name = header.info.channels.size() > 1 ? fmt::format("level {} channel {}", level, channel)
+                                                  : fmt::format("level {}", level),
+          .entry = header.layout.levels[level_index],
+          .sections = header.layout.of(level_index, channel_index),
+          .level = level_index,
+          .channel = channel_index};
 }
 
-std::string VolumeFile::Opened::placeName(int level, int channel) const {
-  if (header.layout.channels == 1) return fmt::format("level {}", level);
-  return fmt::format("level {} channel {}", level, channel);
-}
-
-std::vector<std::byte> VolumeFile::Opened::readSection(const Section& which, std::string_view what, int level,
-                                                       int channel) const {
+std::vector<std::byte> VolumeFile::Opened::readSection(const Section& which, std::string_view what,
+                                                       const RecordPlace& place) const {
   std::vector<std::byte> section(which.bytes);
   read(which.offset, section);
   const std::uint64_t found = checksumOf(section);
   if (found != which.checksum) {
-    failData("{}: {} {} at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", name, placeName(level, channel),
-             what, which.offset, which.bytes, found, which.checksum);
+    failData("{}: {} {} at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", name, place.name, what,
+             which.offset, which.bytes, found, which.checksum);
   }
   return section;
+}
+
+Level VolumeFile::Opened::readRecords(int level, int channel, Extent extent) const {
+  checkLength();
+  const RecordPlace at = place(level, channel);
+  const std::vector<std::byte> blocks = readSection(at.entry.blocks, "block records", at);
+  const bool stored = extent == Extent::stored;
+  const std::vector<std::byte> ranges = stored ? readSection(at.sections.ranges, "ranges", at)
+                                               : readSection(at.sections.apron_ranges, "apron ranges", at);
+  Level result = decodeRecords(at, header.info, extent, blocks, ranges);
+  if (stored) checkPages(at, result, pagesOf(at));
+  linkNeighbours(result.blocks);
+  return result;
 }
 
 VolumeFile::VolumeFile(const std::filesystem::path& path) : opened_(std::make_unique<Opened>(path)) {}
@@ -127,62 +156,57 @@ const VolumeInfo& VolumeFile::info() const { return opened_->header.info; }
 const std::filesystem::path& VolumeFile::path() const { return opened_->path; }
 std::uint64_t VolumeFile::fileBytes() const { return opened_->bytes; }
 
-std::uint64_t VolumeFile::levelSectionBytes(int level, int channel) const {
-  const LevelEntry& entry = opened_->entry(level, channel);
-  return entry.blocks.bytes + entry.subblocks.bytes + entry.chunk_checksums.bytes + entry.voxels.bytes;
-}
+std::uint64_t VolumeFile::bytesRead() const { return opened_->bytes_read; }
 
 Level VolumeFile::readLevel(int level, int channel) const {
-  const LevelEntry& entry = opened_->entry(level, channel);
-  opened_->checkLength();
-  const std::vector<std::byte> blocks = opened_->readSection(entry.blocks, "block records", level, channel);
-  const std::vector<std::byte> subblocks = opened_->readSection(entry.subblocks, "subblock records", level, channel);
-  const RecordPlace place{.file = opened_->name,
-                          .name = opened_->placeName(level, channel),
-                          .entry = entry,
-                          .level = static_cast<std::size_t>(level),
-                          .channel = static_cast<std::size_t>(channel)};
-  Level result = decodeRecords(place, info(), blocks, subblocks);
-  if (channel > 0) {
-    const Section& first = opened_->entry(level, 0).blocks;
-    checkSameStructure(place, info(), blocks, opened_->readSection(first, "block records", level, 0));
-  }
-  linkNeighbours(result.blocks);
+  return opened_->readRecords(level, channel, Extent::stored);
+}
+
+Level VolumeFile::readApronLevel(int level, int channel) const {
+  Level result = opened_->readRecords(level, channel, Extent::apron);
+  result.info.block_count = result.blocks.size();
+  result.info.subblock_count = result.subblocks.size();
   return result;
 }
 
 void VolumeFile::readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count,
                             std::span<std::byte> out) const {
-  const LevelEntry& entry = opened_->entry(level, channel);
-  BLOCKWALK_CHECK(first, <=, entry.subblock_count);
-  BLOCKWALK_CHECK(count, <=, entry.subblock_count - first);
+  const RecordPlace place = opened_->place(level, channel);
+  BLOCKWALK_CHECK(first, <=, place.entry.subblock_count);
+  BLOCKWALK_CHECK(count, <=, place.entry.subblock_count - first);
   const std::uint64_t subblock_bytes = info().subblockVoxels() * voxelBytes(info().type);
   BLOCKWALK_CHECK(out.size(), ==, count * subblock_bytes);
   if (count == 0) return;
 
   opened_->checkLength();
-  const std::size_t index =
-      static_cast<std::size_t>(level) * info().channels.size() + static_cast<std::size_t>(channel);
-  const std::vector<std::byte>& sums = opened_->chunk_checksums[index];
+  const std::vector<Page>& pages = opened_->pagesOf(place);
   const std::uint64_t begin = first * subblock_bytes;
   const std::uint64_t end = begin + out.size();
-  // `out` may be device memory, which is slow to read: what is checked is a copy of one chunk that stays in the cache.
-  const auto chunk_bytes = std::make_unique_for_overwrite<std::byte[]>(std::min(kChunkBytes, entry.voxels.bytes));
-  for (std::uint64_t chunk = begin / kChunkBytes; chunk * kChunkBytes < end; ++chunk) {
-    const std::uint64_t chunk_begin = chunk * kChunkBytes;
-    const std::uint64_t chunk_end = std::min<std::uint64_t>(chunk_begin + kChunkBytes, entry.voxels.bytes);
-    const std::span<std::byte> bytes(chunk_bytes.get(), chunk_end - chunk_begin);
-    opened_->read(entry.voxels.offset + chunk_begin, bytes);
-    std::uint64_t wanted = 0;
-    std::memcpy(&wanted, sums.data() + chunk * sizeof wanted, sizeof wanted);
-    const std::uint64_t found = checksumOf(bytes);
-    if (found != wanted) {
-      failData("{}: {} voxels at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", opened_->name,
-               opened_->placeName(level, channel), entry.voxels.offset + chunk_begin, bytes.size(), found, wanted);
+  // `out` may be device memory, which is slow to read: what is checked is a copy of a run of pages that stays in the
+  // cache.
+  std::vector<std::byte> run;
+  auto page = std::ranges::upper_bound(pages, first, {}, &Page::first_subblock) - 1;
+  while (page != pages.end() && page->first_subblock < first + count) {
+    auto run_end = page;
+    std::uint64_t run_bytes = 0;
+    do {
+      run_bytes += run_end++->bytes;
+    } while (run_end != pages.end() && run_end->first_subblock < first + count && run_bytes < kRunBytes);
+    run.resize(run_bytes);
+    opened_->read(page->offset, run);
+    for (std::span<const std::byte> left = run; page != run_end; ++page) {
+      const std::span<const std::byte> bytes = left.first(page->bytes);
+      left = left.subspan(page->bytes);
+      const std::uint64_t found = checksumOf(bytes);
+      if (found != page->checksum) {
+        failData("{}: {} voxels at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", opened_->name,
+                 place.name, page->offset, page->bytes, found, page->checksum);
+      }
+      const std::uint64_t page_begin = page->first_subblock * subblock_bytes;
+      const std::uint64_t from = std::max(begin, page_begin);
+      const std::uint64_t to = std::min(end, page_begin + page->bytes);
+      std::memcpy(out.data() + (from - begin), bytes.data() + (from - page_begin), to - from);
     }
-    const std::uint64_t from = std::max(begin, chunk_begin);
-    const std::uint64_t to = std::min(end, chunk_end);
-    std::memcpy(out.data() + (from - begin), bytes.data() + (from - chunk_begin), to - from);
   }
 }
 

@@ -26,17 +26,22 @@ class VolumeFile {
   const VolumeInfo& info() const;
   const std::filesystem::path& path() const;
   std::uint64_t fileBytes() const;
-  // Records, checksums and voxels of one channel of a level, without padding.
-  std::uint64_t levelSectionBytes(int level, int channel) const;
 
   // Decodes and validates the records of one channel of a level; neighbours are linked. Origins, occupancy and counts
   // are the same in every channel of a level; where the channel has no non-empty voxel, a record's least, greatest and
   // mask are 0.
   Level readLevel(int level, int channel) const;
+  // The same of the subblocks that have voxels or whose apron, the one-voxel ring around them, has non-empty ones:
+  // where the trilinear field of some channel is not empty everywhere. Least, greatest and mask cover every value that
+  // interpolation can give inside; where channel and apron are empty, the range is the empty value and the mask 0.
+  Level readApronLevel(int level, int channel) const;
   // Copies one channel of `count` subblocks starting at subblock `first` of the level: count * subblockVoxels() *
-  // voxelBytes bytes, subblock after subblock, x fastest inside. Verifies the checksums of the file chunks it touches
-  // before `out` gets anything of them, and that the file has not shrunk since it was opened.
+  // voxelBytes bytes, subblock after subblock, x fastest inside. Reads the pages that these lie in, each the voxels of
+  // a block, and verifies their checksums before `out` gets anything of them, and that the file has not shrunk since it
+  // was opened.
   void readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, std::span<std::byte> out) const;
+  // Bytes read from the file by this object so far.
+  std::uint64_t bytesRead() const;
 
  private:
   struct Opened;

@@ -10,11 +10,14 @@
 
 #include "volume/error.h"
 #include "volume/file/channel.h"
-#include "volume/plain_text.h"
+#include "volume/file/metadata.h"
 
 namespace blockwalk {
 namespace {
 
+constexpr std::size_t kMaxHeaderBytes = sizeof(FileHeader) +
+                                        kMaxLevels * (sizeof(LevelEntry) + kMaxChannels * sizeof(ChannelSections)) +
+                                        kMaxChannels * sizeof(ChannelEntry) + kMaxMetadataBytes;
 constexpr std::size_t kHeaderChecksumOffset = offsetof(FileHeader, header_checksum);
 
 std::uint64_t headerChecksum(std::span<const std::byte> header) {
@@ -53,21 +56,25 @@ void checkShape(const FileHeader& header, const FieldCheck& check) {
   const glm::ivec3 dims(header.dims[0], header.dims[1], header.dims[2]);
   const int levels = levelCount(dims, header.subblock_side * header.block_side);
   check(header.level_count == levels, FIELD(level_count), fmt::format("{} for these dims", levels));
-  check(header.source_name_bytes <= kMaxSourceNameBytes, FIELD(source_name_bytes), "at most 1024");
+  const bool color = static_cast<VoxelType>(header.type) == VoxelType::rgba8;
+  check(header.channel_count >= 1 && header.channel_count <= (color ? 1 : kMaxChannels), FIELD(channel_count),
+        color ? "1 for rgba8" : "1..4");
+  check(header.metadata_bytes <= kMaxMetadataBytes, FIELD(metadata_bytes),
+        fmt::format("at most {}", kMaxMetadataBytes));
 }
 
-// Of several channels the header itself says nothing but their number.
-void checkChannelCount(const FileHeader& header, const FieldCheck& check) {
-  if (header.version == kFileVersion) {
-    check(header.channel_count == 0, FIELD(channel_count), "0 in version 1");
-    return;
+// What has room and no meaning yet.
+void checkUnused(const FileHeader& header, const FieldCheck& check) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    check(header.part_origin[axis] == 0, "part_origin", offsetof(FileHeader, part_origin) + 4 * axis,
+          header.part_origin[axis], "0 in version 3");
+    check(header.whole_dims[axis] == 0, "whole_dims", offsetof(FileHeader, whole_dims) + 4 * axis,
+          header.whole_dims[axis], "0 in version 3");
   }
-  check(header.channel_count >= 2 && header.channel_count <= kMaxChannels, FIELD(channel_count), "2..4 in version 2");
-  check(static_cast<VoxelType>(header.type) != VoxelType::rgba8, FIELD(type),
-        "2 (u8), 3 (u16) or 4 (f32) in version 2");
-  const auto* bytes = reinterpret_cast<const unsigned char*>(&header.channel);
-  for (std::size_t i = 0; i < sizeof header.channel; ++i) {
-    check(bytes[i] == 0, "channel", offsetof(FileHeader, channel) + i, bytes[i], "0 in version 2");
+  check(header.time_step == 0, FIELD(time_step), "0 in version 3");
+  check(header.time_steps == 0, FIELD(time_steps), "0 in version 3");
+  for (std::size_t i = 0; i < header.reserved.size(); ++i) {
+    check(header.reserved[i] == 0, "reserved", offsetof(FileHeader, reserved) + 4 * i, header.reserved[i], "0");
   }
 }
 
@@ -81,29 +88,53 @@ void checkMap(const FileHeader& header, const FieldCheck& check) {
         offsetof(FileHeader, world_from_index), determinant, "a map with a finite determinant that is not 0");
 }
 
-// Bounds the counts by the file's length before any arithmetic that they could overflow.
+// Where the parts of the header begin.
+struct HeaderParts {
+  explicit HeaderParts(const FileHeader& header)
+      : level_entries(sizeof(FileHeader)),
+        sections(level_entries + header.level_count * sizeof(LevelEntry)),
+        channels(sections + header.level_count * header.channel_count * sizeof(ChannelSections)),
+        metadata(channels + header.channel_count * sizeof(ChannelEntry)),
+        end(metadata + header.metadata_bytes) {}
+
+  std::size_t level_entries;
+  std::size_t sections;
+  std::size_t channels;
+  std::size_t metadata;
+  std::size_t end;
+};
+
+// Bounds the counts by the file's length before any arithmetic that they could overflow: each subblock and block has
+// bytes of its own in the records.
 void checkCounts(const FileHeader& header, const LevelEntry& entry, std::size_t index, const FieldCheck& check) {
   const std::size_t at = sizeof(FileHeader) + index * sizeof(LevelEntry);
   const auto type = static_cast<VoxelType>(header.type);
-  const std::uint64_t side = header.subblock_side;
   const std::uint64_t per_block = std::uint64_t{header.block_side} * header.block_side * header.block_side;
-  const std::uint64_t bytes_each = side * side * side * voxelBytes(type) + subblockRecordBytes(type);
-  check(entry.reserved == 0, "level reserved", at + offsetof(LevelEntry, reserved), entry.reserved, "0");
-  check(entry.subblock_count <= header.file_bytes / bytes_each, "level subblock_count",
-        at + offsetof(LevelEntry, subblock_count), entry.subblock_count, "what the file's length has room for");
-  const bool fits = entry.block_count <= entry.subblock_count && entry.block_count < kNoBlock &&
-                    (entry.subblock_count + per_block - 1) / per_block <= entry.block_count;
-  check(fits, "level block_count", at + offsetof(LevelEntry, block_count), entry.block_count,
-        fmt::format("1..{} subblocks a block and below 2^32 - 1", per_block));
-}
-
-// All channels of a level have the structure of its first.
-void checkSameCounts(const LevelEntry& entry, const LevelEntry& first, std::size_t index, const FieldCheck& check) {
-  const std::size_t at = sizeof(FileHeader) + index * sizeof(LevelEntry);
-  check(entry.block_count == first.block_count, "level block_count", at + offsetof(LevelEntry, block_count),
-        entry.block_count, fmt::format("channel 0's, {}", first.block_count));
-  check(entry.subblock_count == first.subblock_count, "level subblock_count", at + offsetof(LevelEntry, subblock_count),
-        entry.subblock_count, fmt::format("channel 0's, {}", first.subblock_count));
+  const auto field = [&](bool holds, std::string_view name, std::size_t offset, std::uint64_t value,
+                         std::string_view bound) {
+    check(holds, fmt::format("level {} {}", index, name), at + offset, value, bound);
+  };
+  field(entry.reserved == 0, "reserved", offsetof(LevelEntry, reserved), entry.reserved, "0");
+  const std::uint64_t most = std::min(header.file_bytes / apronRangeBytes(type), kMaxSubblocks);
+  field(entry.apron_subblock_count <= most, "apron_subblock_count", offsetof(LevelEntry, apron_subblock_count),
+        entry.apron_subblock_count,
+        fmt::format("at most {}: what the file's length has room for, and below 2^32 - 1", most));
+  field(entry.subblock_count <= entry.apron_subblock_count, "subblock_count", offsetof(LevelEntry, subblock_count),
+        entry.subblock_count, "at most apron_subblock_count");
+  const auto fits = [&](std::uint64_t blocks, std::uint64_t subblocks) {
+    return blocks <= subblocks && (subblocks + per_block - 1) / per_block <= blocks;
+  };
+  const std::string bound = fmt::format("1..{} subblocks a block", per_block);
+  field(fits(entry.block_count, entry.subblock_count), "block_count", offsetof(LevelEntry, block_count),
+        entry.block_count, bound);
+  field(fits(entry.apron_block_count, entry.apron_subblock_count) && entry.apron_block_count >= entry.block_count,
+        "apron_block_count", offsetof(LevelEntry, apron_block_count), entry.apron_block_count,
+        bound + " and at least block_count");
+  const std::uint64_t largest = entry.apron_block_count * largestBlockRecordBytes(header.block_side);
+  field(entry.blocks.bytes >= entry.apron_block_count * kLeastBlockRecordBytes && entry.blocks.bytes <= largest &&
+            entry.blocks.bytes <= header.file_bytes,
+        "block records size", offsetof(LevelEntry, blocks) + offsetof(Section, bytes), entry.blocks.bytes,
+        "that of its blocks");
 }
 
 // Every stored subblock of level 0 has a non-empty voxel, in some channel.
@@ -120,31 +151,38 @@ void checkNonempty(const VolumeInfo& info, std::uint64_t subblocks, std::span<co
   }
 }
 
-void checkSection(const Section& found, const Section& expected, std::string_view name, std::size_t at,
+void checkSection(const Section& found, const Section& expected, const std::string& name, std::size_t at,
                   const FieldCheck& check) {
-  check(found.offset == expected.offset, fmt::format("{} offset", name), at + offsetof(Section, offset), found.offset,
+  check(found.offset == expected.offset, name + " offset", at + offsetof(Section, offset), found.offset,
         fmt::format("{} for these counts", expected.offset));
-  check(found.bytes == expected.bytes, fmt::format("{} size", name), at + offsetof(Section, bytes), found.bytes,
+  check(found.bytes == expected.bytes, name + " size", at + offsetof(Section, bytes), found.bytes,
         fmt::format("{} for these counts", expected.bytes));
 }
 
-void checkLayout(const FileHeader& header, const FileLayout& found, const FileLayout& expected,
-                 const FieldCheck& check) {
-  for (std::size_t i = 0; i < found.entries.size(); ++i) {
-    const std::size_t at = sizeof(FileHeader) + i * sizeof(LevelEntry);
-    const LevelEntry& entry = found.entries[i];
-    const LevelEntry& wanted = expected.entries[i];
+void checkLayout(const FileHeader& header, const HeaderParts& parts, const FileLayout& found,
+                 const FileLayout& expected, const FieldCheck& check) {
+  for (std::size_t i = 0; i < found.levels.size(); ++i) {
+    const std::size_t at = parts.level_entries + i * sizeof(LevelEntry);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      check(entry.dims[axis] == wanted.dims[axis], "level dims", at + 4 * axis, entry.dims[axis],
-            fmt::format("{}: level 0's, halved {} times", wanted.dims[axis], i / found.channels));
+      check(found.levels[i].dims[axis] == expected.levels[i].dims[axis], fmt::format("level {} dims", i), at + 4 * axis,
+            found.levels[i].dims[axis],
+            fmt::format("{}: level 0's, halved {} times", expected.levels[i].dims[axis], i));
     }
-    checkSection(entry.blocks, wanted.blocks, "block records", at + offsetof(LevelEntry, blocks), check);
-    checkSection(entry.subblocks, wanted.subblocks, "subblock records", at + offsetof(LevelEntry, subblocks), check);
-    checkSection(entry.chunk_checksums, wanted.chunk_checksums, "chunk checksums",
-                 at + offsetof(LevelEntry, chunk_checksums), check);
-    checkSection(entry.voxels, wanted.voxels, "voxels", at + offsetof(LevelEntry, voxels), check);
-    check(entry.voxels.checksum == 0, "voxels checksum",
-          at + offsetof(LevelEntry, voxels) + offsetof(Section, checksum), entry.voxels.checksum, "0");
+    checkSection(found.levels[i].blocks, expected.levels[i].blocks, fmt::format("level {} block records", i),
+                 at + offsetof(LevelEntry, blocks), check);
+  }
+  for (std::size_t i = 0; i < found.sections.size(); ++i) {
+    const std::size_t at = parts.sections + i * sizeof(ChannelSections);
+    const ChannelSections& own = found.sections[i];
+    const ChannelSections& wanted = expected.sections[i];
+    const std::string name = fmt::format("level {} channel {} ", i / found.channels, i % found.channels);
+    checkSection(own.ranges, wanted.ranges, name + "ranges", at + offsetof(ChannelSections, ranges), check);
+    checkSection(own.apron_ranges, wanted.apron_ranges, name + "apron ranges",
+                 at + offsetof(ChannelSections, apron_ranges), check);
+    checkSection(own.pages, wanted.pages, name + "pages", at + offsetof(ChannelSections, pages), check);
+    checkSection(own.voxels, wanted.voxels, name + "voxels", at + offsetof(ChannelSections, voxels), check);
+    check(own.voxels.checksum == 0, name + "voxels checksum",
+          at + offsetof(ChannelSections, voxels) + offsetof(Section, checksum), own.voxels.checksum, "0");
   }
   check(header.file_bytes == expected.file_bytes, FIELD(file_bytes),
         fmt::format("{}, the end of level 0's voxels", expected.file_bytes));
@@ -157,14 +195,14 @@ VolumeInfo gridOf(const FileHeader& header) {
   info.subblock_side = header.subblock_side;
   info.block_side = header.block_side;
   info.world_from_index = mapOf(header.world_from_index);
+  info.channels.clear();
   return info;
 }
 
 FileHeader headerOf(const VolumeInfo& info) {
-  const bool several = info.channels.size() > 1;
   FileHeader header;
   header.magic = kFileMagic;
-  header.version = several ? kFileVersionOfChannels : kFileVersion;
+  header.version = kFileVersion;
   header.type = static_cast<std::uint8_t>(info.type);
   header.subblock_side = static_cast<std::uint8_t>(info.subblock_side);
   header.block_side = static_cast<std::uint8_t>(info.block_side);
@@ -173,130 +211,143 @@ FileHeader headerOf(const VolumeInfo& info) {
     header.dims[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(info.dims[axis]);
   }
   header.world_from_index = rowsOf(info.world_from_index);
-  if (!several) header.channel = fieldsOf(info.channels[0]);
-  header.source_name_bytes = static_cast<std::uint32_t>(info.source_name.size());
-  header.channel_count = several ? static_cast<std::uint32_t>(info.channels.size()) : 0;
+  header.channel_count = static_cast<std::uint32_t>(info.channels.size());
   return header;
 }
 
-// What must hold before any other byte is believed: magic, version, lengths, checksum.
-FileHeader openHeader(std::span<const std::byte> start, std::uint64_t file_bytes, const FieldCheck& check) {
+FileHeader fileHeaderOf(std::span<const std::byte> start, std::uint64_t file_bytes, const FieldCheck& check) {
   if (start.size() < sizeof(FileHeader)) {
     failData("{}: {} bytes, but the header of a .bwv file alone has {}", check.file, file_bytes, sizeof(FileHeader));
   }
   FileHeader header;
   std::memcpy(&header, start.data(), sizeof header);
-  if (header.magic != kFileMagic) failData("{}: not a .bwv file: the first 8 bytes are not its signature", check.file);
-  check(header.version == kFileVersion || header.version == kFileVersionOfChannels, FIELD(version),
-        fmt::format("{} or {} for this program", kFileVersion, kFileVersionOfChannels));
-  check(header.file_bytes == file_bytes, FIELD(file_bytes), fmt::format("the file's length, {}", file_bytes));
-  check(header.header_bytes >= sizeof(FileHeader) && header.header_bytes <= kMaxHeaderBytes, FIELD(header_bytes),
-        fmt::format("{}..{}", sizeof(FileHeader), kMaxHeaderBytes));
-  check(header.header_bytes <= start.size(), FIELD(header_bytes), "at most the file's length");
-  const std::uint64_t checksum = headerChecksum(start.first(header.header_bytes));
-  check(checksum == header.header_checksum, FIELD(header_checksum), fmt::format("{}, the header's own", checksum));
   return header;
 }
 
-// The channels' values, and where the version keeps them; behind the level entries in version 2.
-struct DecodedChannels {
-  std::vector<ChannelInfo> channels;
-  std::vector<ChannelPlace> places;
-};
-
-DecodedChannels decodeChannels(const FileHeader& header, std::span<const std::byte> entries, std::size_t offset,
-                               const FieldCheck& check) {
+// The channels' entries, and where they stand.
+std::vector<ChannelPlace> decodeChannels(const FileHeader& header, std::span<const std::byte> bytes,
+                                         const HeaderParts& parts, const FieldCheck& check, VolumeInfo& info) {
   const std::uint64_t voxels = std::uint64_t{header.dims[0]} * header.dims[1] * header.dims[2];  // at most 2^48
-  DecodedChannels decoded;
-  if (header.version == kFileVersion) {
-    decoded.places.push_back({.offset = offsetof(FileHeader, channel), .prefix = ""});
-    checkChannelFields(header.channel, decoded.places[0], voxels, check);
-    decoded.channels.push_back(channelOf(header.channel));
-    return decoded;
-  }
+  std::vector<ChannelPlace> places;
   for (std::size_t i = 0; i < header.channel_count; ++i) {
     ChannelEntry entry;
-    std::memcpy(&entry, entries.data() + i * sizeof entry, sizeof entry);
-    decoded.places.push_back({.offset = offset + i * sizeof entry, .prefix = fmt::format("channel {} ", i)});
-    checkChannelFields(entry.fields, decoded.places[i], voxels, check);
-    checkChannelName(entry, decoded.places[i], check);
-    decoded.channels.push_back(channelOf(entry.fields));
-    decoded.channels[i].name.assign(entry.name.data(), entry.name_bytes);
+    const std::size_t at = parts.channels + i * sizeof entry;
+    std::memcpy(&entry, bytes.data() + at, sizeof entry);
+    places.push_back({.offset = at, .prefix = fmt::format("channel {} ", i)});
+    checkChannel(entry, places[i], info.type, voxels, check);
+    info.channels.push_back(channelOf(entry));
   }
-  return decoded;
+  return places;
 }
 
-// Takes the counts of the level entries once they are bounded.
-std::vector<LevelInfo> decodeLevels(const FileHeader& header, const VolumeInfo& grid, const FileLayout& found,
-                                    const FieldCheck& check) {
-  std::vector<LevelInfo> levels;
-  for (std::size_t i = 0; i < found.entries.size(); ++i) {
-    const LevelEntry& entry = found.entries[i];
+FileLayout decodeEntries(const FileHeader& header, std::span<const std::byte> bytes, const HeaderParts& parts) {
+  FileLayout found;
+  found.channels = header.channel_count;
+  found.levels.resize(header.level_count);
+  found.sections.resize(header.level_count * found.channels);
+  std::memcpy(found.levels.data(), bytes.data() + parts.level_entries, found.levels.size() * sizeof(LevelEntry));
+  std::memcpy(found.sections.data(), bytes.data() + parts.sections, found.sections.size() * sizeof(ChannelSections));
+  return found;
+}
+
+// Takes the counts of the level entries once they are bounded, and the sizes that do not follow from them.
+FileSizes decodeLevels(const FileHeader& header, const HeaderParts& parts, const FileLayout& found,
+                       const FieldCheck& check, VolumeInfo& info) {
+  FileSizes sizes{.blocks = {}, .voxels = {}, .metadata = header.metadata_bytes};
+  for (std::size_t i = 0; i < found.levels.size(); ++i) {
+    const LevelEntry& entry = found.levels[i];
     checkCounts(header, entry, i, check);
-    checkSameCounts(entry, found.entries[i - i % found.channels], i, check);
-    if (i % found.channels != 0) continue;
-    levels.push_back({.dims = levelDims(grid.dims, static_cast<int>(levels.size())),
-                      .block_count = entry.block_count,
-                      .subblock_count = entry.subblock_count,
-                      .voxel_bytes = entry.subblock_count * grid.subblockVoxels() * voxelBytes(grid.type)});
+    info.levels.push_back({.dims = levelDims(info.dims, static_cast<int>(i)),
+                           .block_count = entry.block_count,
+                           .subblock_count = entry.subblock_count,
+                           .voxel_bytes = entry.subblock_count * info.subblockVoxels() * voxelBytes(info.type),
+                           .apron_block_count = entry.apron_block_count,
+                           .apron_subblock_count = entry.apron_subblock_count});
+    sizes.blocks.push_back(entry.blocks.bytes);
   }
-  return levels;
+  for (std::size_t i = 0; i < found.sections.size(); ++i) {
+    // Held against the pages when those are read.
+    const std::uint64_t bytes = found.sections[i].voxels.bytes;
+    check(bytes <= header.file_bytes,
+          fmt::format("level {} channel {} voxels size", i / found.channels, i % found.channels),
+          parts.sections + i * sizeof(ChannelSections) + offsetof(ChannelSections, voxels) + offsetof(Section, bytes),
+          bytes, "at most the file's length");
+    sizes.voxels.push_back(bytes);
+  }
+  return sizes;
 }
 
 }  // namespace
 
 std::uint64_t checksumOf(std::span<const std::byte> bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
-std::vector<std::byte> encodeHeader(const VolumeInfo& info, const FileLayout& layout) {
+std::vector<std::byte> encodeHeader(const VolumeInfo& info, const FileLayout& layout, const std::string& metadata) {
   FileHeader header = headerOf(info);
   header.header_bytes = layout.header_bytes;
   header.file_bytes = layout.file_bytes;
-  std::vector<std::byte> bytes(layout.header_bytes);
-  std::byte* at = bytes.data();
-  const auto put = [&at](const void* from, std::size_t size) {
-    std::memcpy(at, from, size);
-    at += size;
+  header.metadata_bytes = static_cast<std::uint32_t>(metadata.size());
+  std::vector<std::byte> bytes;
+  const auto put = [&bytes](const void* from, std::size_t size) {
+    const auto* begin = static_cast<const std::byte*>(from);
+    bytes.insert(bytes.end(), begin, begin + size);
   };
   put(&header, sizeof header);
-  put(layout.entries.data(), layout.entries.size() * sizeof(LevelEntry));
-  for (std::size_t i = 0; layout.channels > 1 && i < layout.channels; ++i) {
-    const ChannelEntry entry = entryOf(info.channels[i]);
+  put(layout.levels.data(), layout.levels.size() * sizeof(LevelEntry));
+  put(layout.sections.data(), layout.sections.size() * sizeof(ChannelSections));
+  for (const ChannelInfo& channel : info.channels) {
+    const ChannelEntry entry = entryOf(channel);
     put(&entry, sizeof entry);
   }
-  put(info.source_name.data(), info.source_name.size());
+  put(metadata.data(), metadata.size());
+  BLOCKWALK_CHECK(bytes.size(), ==, layout.header_bytes);
   const std::uint64_t checksum = headerChecksum(bytes);
   std::memcpy(bytes.data() + kHeaderChecksumOffset, &checksum, sizeof checksum);
   return bytes;
 }
 
-DecodedHeader decodeHeader(std::span<const std::byte> start, std::uint64_t file_bytes, const std::string& file) {
+std::size_t headerBytes(std::span<const std::byte> start, std::uint64_t file_bytes, const std::string& file) {
   const FieldCheck check{file};
-  const FileHeader header = openHeader(start, file_bytes, check);
-  checkShape(header, check);
-  checkChannelCount(header, check);
-  checkMap(header, check);
-  FileLayout found;
-  found.channels = std::max<std::size_t>(header.channel_count, 1);
-  found.entries.resize(header.level_count * found.channels);
-  const std::size_t channels_at = sizeof(FileHeader) + found.entries.size() * sizeof(LevelEntry);
-  const std::size_t name_at = channels_at + header.channel_count * sizeof(ChannelEntry);
-  check(header.header_bytes == name_at + header.source_name_bytes, FIELD(header_bytes),
-        "the sizes of its parts together");
-  std::memcpy(found.entries.data(), start.data() + sizeof header, found.entries.size() * sizeof(LevelEntry));
-
-  DecodedChannels channels = decodeChannels(header, start.subspan(channels_at), channels_at, check);
-  DecodedHeader decoded{.info = gridOf(header), .layout = {}};
-  decoded.info.channels = std::move(channels.channels);
-  const auto* name = reinterpret_cast<const char*>(start.data() + name_at);
-  decoded.info.source_name.assign(name, header.source_name_bytes);
-  if (!isPlainText(decoded.info.source_name)) {
-    failData("{}: source name at offset {} must be UTF-8 without control characters", file, name_at);
+  const FileHeader header = fileHeaderOf(start, file_bytes, check);
+  if (header.magic != kFileMagic) failData("{}: not a .bwv file: the first 8 bytes are not its signature", file);
+  if (header.version == 1 || header.version == 2) {
+    failData(
+        "{}: version {} of the format, which is no longer read; make it anew from its source: "
+        "blockwalk import SOURCE -o {}",
+        file, header.version, file);
   }
-  decoded.info.levels = decodeLevels(header, decoded.info, found, check);
-  checkNonempty(decoded.info, decoded.info.levels[0].subblock_count, channels.places, check);
-  decoded.layout = layOutFile(decoded.info);
-  checkLayout(header, found, decoded.layout, check);
-  decoded.layout.entries = std::move(found.entries);
+  check(header.version == kFileVersion, FIELD(version), fmt::format("{} for this program", kFileVersion));
+  check(header.file_bytes == file_bytes, FIELD(file_bytes), fmt::format("the file's length, {}", file_bytes));
+  check(header.header_bytes >= sizeof(FileHeader) && header.header_bytes <= kMaxHeaderBytes, FIELD(header_bytes),
+        fmt::format("{}..{}", sizeof(FileHeader), kMaxHeaderBytes));
+  check(header.header_bytes <= file_bytes, FIELD(header_bytes), "at most the file's length");
+  return header.header_bytes;
+}
+
+DecodedHeader decodeHeader(std::span<const std::byte> bytes, std::uint64_t file_bytes, const std::string& file) {
+  const FieldCheck check{file};
+  BLOCKWALK_CHECK(bytes.size(), ==, headerBytes(bytes, file_bytes, file));
+  const FileHeader header = fileHeaderOf(bytes, file_bytes, check);
+  const std::uint64_t checksum = headerChecksum(bytes);
+  check(checksum == header.header_checksum, FIELD(header_checksum), fmt::format("{}, the header's own", checksum));
+  checkShape(header, check);
+  checkUnused(header, check);
+  checkMap(header, check);
+  const HeaderParts parts(header);
+  check(header.header_bytes == parts.end, FIELD(header_bytes), "the sizes of its parts together");
+
+  DecodedHeader decoded{.info = gridOf(header), .layout = {}};
+  VolumeInfo& info = decoded.info;
+  const std::vector<ChannelPlace> places = decodeChannels(header, bytes, parts, check, info);
+  const auto* metadata = reinterpret_cast<const char*>(bytes.data() + parts.metadata);
+  decodeMetadata({metadata, header.metadata_bytes}, parts.metadata, file, info);
+  FileLayout found = decodeEntries(header, bytes, parts);
+  const FileSizes sizes = decodeLevels(header, parts, found, check, info);
+  checkNonempty(info, info.levels[0].subblock_count, places, check);
+  const FileLayout expected = layOutFile(info, sizes);
+  checkLayout(header, parts, found, expected, check);
+  found.header_bytes = expected.header_bytes;
+  found.file_bytes = expected.file_bytes;
+  decoded.layout = std::move(found);
   return decoded;
 }
 

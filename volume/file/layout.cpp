@@ -23,19 +23,6 @@ T take(const std::byte*& at) {
   return value;
 }
 
-void appendDensity(std::vector<std::byte>& out, VoxelType type, float density) {
-  switch (densityBytes(type)) {
-    case 1:
-      append(out, static_cast<std::uint8_t>(density));
-      break;
-    case 2:
-      append(out, static_cast<std::uint16_t>(density));
-      break;
-    default:
-      append(out, density);
-  }
-}
-
 float takeDensity(const std::byte*& at, VoxelType type) {
   switch (densityBytes(type)) {
     case 1:
@@ -57,89 +44,148 @@ Section placeSection(std::uint64_t& end, std::uint64_t bytes) {
   return {.offset = offset, .bytes = bytes, .checksum = 0};
 }
 
+void appendSet(std::vector<std::byte>& out, int block_side, const SubblockSet& set) {
+  if (static_cast<std::size_t>(countOf(set)) < occupancyBytes(block_side)) {
+    for (int local = 0; local < block_side * block_side * block_side; ++local) {
+      if (contains(set, local)) append(out, static_cast<std::uint8_t>(local));
+    }
+    return;
+  }
+  const auto* bits = reinterpret_cast<const std::byte*>(set.data());
+  out.insert(out.end(), bits, bits + occupancyBytes(block_side));
+}
+
+bool takeSet(std::span<const std::byte>& records, int block_side, std::size_t count, SubblockSet& set) {
+  const std::size_t as_bits = occupancyBytes(block_side);
+  if (records.size() < std::min(count, as_bits)) return false;
+  if (count >= as_bits) {
+    std::memcpy(set.data(), records.data(), as_bits);
+    records = records.subspan(as_bits);
+    return static_cast<std::size_t>(countOf(set)) == count;
+  }
+  int last = -1;
+  for (std::size_t i = 0; i < count; ++i) {
+    const int local = std::to_integer<std::uint8_t>(records[i]);
+    if (local <= last || local >= block_side * block_side * block_side) return false;
+    insert(set, local);
+    last = local;
+  }
+  records = records.subspan(count);
+  return true;
+}
+
 }  // namespace
 
 std::size_t densityBytes(VoxelType type) { return type == VoxelType::rgba8 ? 1 : voxelBytes(type); }
+std::size_t rangeBytes(VoxelType type) { return 2 * densityBytes(type) + 1; }
+std::size_t apronRangeBytes(VoxelType type) { return 2 * densityBytes(type); }
+std::size_t largestBlockRecordBytes(int block_side) { return 3 * 2 + 1 + 1 + 2 * occupancyBytes(block_side); }
 
-std::size_t blockRecordBytes(VoxelType type, int block_side) {
-  return 3 * 2 + 1 + 1 + 2 * densityBytes(type) + occupancyBytes(block_side);
+void appendDensity(std::vector<std::byte>& out, VoxelType type, float density) {
+  switch (densityBytes(type)) {
+    case 1:
+      append(out, static_cast<std::uint8_t>(density));
+      break;
+    case 2:
+      append(out, static_cast<std::uint16_t>(density));
+      break;
+    default:
+      append(out, density);
+  }
 }
 
-std::size_t subblockRecordBytes(VoxelType type) { return 2 * densityBytes(type) + 1; }
-
-void appendBlockRecord(std::vector<std::byte>& out, const VolumeInfo& info, const Block& block) {
-  for (int axis = 0; axis < 3; ++axis) append(out, static_cast<std::uint16_t>(block.origin[axis]));
-  append(out, block.range_mask);
-  append(out, static_cast<std::uint8_t>(block.subblock_count));
-  appendDensity(out, info.type, block.density_min);
-  appendDensity(out, info.type, block.density_max);
-  const auto* occupancy = reinterpret_cast<const std::byte*>(block.occupancy.data());
-  out.insert(out.end(), occupancy, occupancy + occupancyBytes(info.block_side));
+void appendBlockRecord(std::vector<std::byte>& out, int block_side, const BlockRecord& record) {
+  for (int axis = 0; axis < 3; ++axis) append(out, static_cast<std::uint16_t>(record.origin[axis]));
+  append(out, static_cast<std::uint8_t>(countOf(record.stored)));
+  append(out, static_cast<std::uint8_t>(countOf(record.beyond)));
+  appendSet(out, block_side, record.stored);
+  appendSet(out, block_side, record.beyond);
 }
 
-void appendSubblockRecord(std::vector<std::byte>& out, const VolumeInfo& info, const Subblock& subblock) {
-  appendDensity(out, info.type, subblock.density_min);
-  appendDensity(out, info.type, subblock.density_max);
+void appendRange(std::vector<std::byte>& out, VoxelType type, const Subblock& subblock) {
+  appendDensity(out, type, subblock.density_min);
+  appendDensity(out, type, subblock.density_max);
   append(out, subblock.range_mask);
 }
 
-Block decodeBlockRecord(const std::byte* record, const VolumeInfo& info) {
-  Block block;
-  for (int axis = 0; axis < 3; ++axis) block.origin[axis] = take<std::uint16_t>(record);
-  block.range_mask = take<std::uint8_t>(record);
-  block.subblock_count = take<std::uint8_t>(record);
-  block.density_min = takeDensity(record, info.type);
-  block.density_max = takeDensity(record, info.type);
-  std::memcpy(block.occupancy.data(), record, occupancyBytes(info.block_side));
-  return block;
+bool takeBlockRecord(std::span<const std::byte>& records, int block_side, BlockRecord& record) {
+  constexpr std::size_t kFixed = 3 * 2 + 1 + 1;
+  if (records.size() < kFixed) return false;
+  const std::byte* at = records.data();
+  for (int axis = 0; axis < 3; ++axis) record.origin[axis] = take<std::uint16_t>(at);
+  const std::size_t stored = take<std::uint8_t>(at);
+  const std::size_t beyond = take<std::uint8_t>(at);
+  records = records.subspan(kFixed);
+  record.stored = {};
+  record.beyond = {};
+  return stored + beyond > 0 && takeSet(records, block_side, stored, record.stored) &&
+         takeSet(records, block_side, beyond, record.beyond);
 }
 
-Subblock decodeSubblockRecord(const std::byte* record, const VolumeInfo& info) {
+Subblock decodeRange(const std::byte* record, VoxelType type) {
   Subblock subblock;
-  subblock.density_min = takeDensity(record, info.type);
-  subblock.density_max = takeDensity(record, info.type);
+  subblock.density_min = takeDensity(record, type);
+  subblock.density_max = takeDensity(record, type);
   subblock.range_mask = take<std::uint8_t>(record);
   return subblock;
 }
 
-std::array<std::uint64_t, 4> insideMask(const VolumeInfo& info, glm::ivec3 level_dims, glm::ivec3 origin) {
-  std::array<std::uint64_t, 4> mask{};
+Subblock decodeApronRange(const std::byte* record, VoxelType type) {
+  Subblock subblock;
+  subblock.density_min = takeDensity(record, type);
+  subblock.density_max = takeDensity(record, type);
+  return subblock;
+}
+
+SubblockSet insideMask(const VolumeInfo& info, glm::ivec3 level_dims, glm::ivec3 origin) {
+  SubblockSet mask{};
   const glm::ivec3 rest = level_dims - origin * info.blockVoxels();
   const glm::ivec3 inside = glm::min((rest + info.subblock_side - 1) / info.subblock_side, glm::ivec3(info.block_side));
   for (int z = 0; z < inside.z; ++z) {
     for (int y = 0; y < inside.y; ++y) {
       for (int x = 0; x < inside.x; ++x) {
-        const auto local = static_cast<unsigned>(x + info.block_side * (y + info.block_side * z));
-        mask[local / 64] |= std::uint64_t{1} << (local % 64);
+        insert(mask, x + info.block_side * (y + info.block_side * z));
       }
     }
   }
   return mask;
 }
 
-FileLayout layOutFile(const VolumeInfo& info) {
+FileLayout layOutFile(const VolumeInfo& info, const FileSizes& sizes) {
   BLOCKWALK_CHECK(info.levels.empty(), ==, false);
+  const std::size_t channels = info.channels.size();
+  BLOCKWALK_CHECK(sizes.blocks.size(), ==, info.levels.size());
+  BLOCKWALK_CHECK(sizes.voxels.size(), ==, info.levels.size() * channels);
   FileLayout layout;
-  layout.channels = info.channels.size();
-  layout.entries.resize(info.levels.size() * layout.channels);
-  const std::size_t channel_entries = layout.channels > 1 ? layout.channels * sizeof(ChannelEntry) : 0;
-  layout.header_bytes = static_cast<std::uint32_t>(sizeof(FileHeader) + layout.entries.size() * sizeof(LevelEntry) +
-                                                   channel_entries + info.source_name.size());
+  layout.channels = channels;
+  layout.levels.resize(info.levels.size());
+  layout.sections.resize(info.levels.size() * channels);
+  layout.header_bytes = static_cast<std::uint32_t>(sizeof(FileHeader) + layout.levels.size() * sizeof(LevelEntry) +
+                                                   layout.sections.size() * sizeof(ChannelSections) +
+                                                   channels * sizeof(ChannelEntry) + sizes.metadata);
   std::uint64_t end = layout.header_bytes;
   for (std::size_t i = info.levels.size(); i-- > 0;) {
+    const LevelInfo& level = info.levels[i];
     const glm::ivec3 dims = levelDims(info.dims, static_cast<int>(i));
-    for (std::size_t channel = 0; channel < layout.channels; ++channel) {
-      LevelEntry& entry = layout.entry(i, channel);
-      for (int axis = 0; axis < 3; ++axis) {
-        entry.dims[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(dims[axis]);
-      }
-      entry.block_count = info.levels[i].block_count;
-      entry.subblock_count = info.levels[i].subblock_count;
-      const std::uint64_t voxel_bytes = entry.subblock_count * info.subblockVoxels() * voxelBytes(info.type);
-      entry.blocks = placeSection(end, entry.block_count * blockRecordBytes(info.type, info.block_side));
-      entry.subblocks = placeSection(end, entry.subblock_count * subblockRecordBytes(info.type));
-      entry.chunk_checksums = placeSection(end, (voxel_bytes + kChunkBytes - 1) / kChunkBytes * sizeof(std::uint64_t));
-      entry.voxels = placeSection(end, voxel_bytes);
+    LevelEntry& entry = layout.levels[i];
+    for (int axis = 0; axis < 3; ++axis) {
+      entry.dims[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(dims[axis]);
+    }
+    entry.block_count = level.block_count;
+    entry.subblock_count = level.subblock_count;
+    entry.apron_block_count = level.apron_block_count;
+    entry.apron_subblock_count = level.apron_subblock_count;
+    entry.blocks = placeSection(end, sizes.blocks[i]);
+    for (std::size_t channel = 0; channel < channels; ++channel) {
+      ChannelSections& sections = layout.of(i, channel);
+      sections.ranges = placeSection(end, level.subblock_count * rangeBytes(info.type));
+      sections.apron_ranges = placeSection(end, level.apron_subblock_count * apronRangeBytes(info.type));
+      sections.pages = placeSection(end, level.block_count * sizeof(PageEntry));
+    }
+  }
+  for (std::size_t i = info.levels.size(); i-- > 0;) {
+    for (std::size_t channel = 0; channel < channels; ++channel) {
+      layout.of(i, channel).voxels = placeSection(end, sizes.voxels[i * channels + channel]);
     }
   }
   layout.file_bytes = end;

@@ -1,27 +1,33 @@
 // SPDX-License-Identifier: Apache-2.0
-// The byte map of a .bwv file. Everything is little endian. docs/format.md says the same in prose.
-// Version 1 holds one channel, version 2 holds 2 to 4. Version 1 is version 2 with one channel whose values stand in
-// the header instead of a ChannelEntry.
+// The byte map of a .bwv file, version 3. Everything is little endian. docs/format.md says the same in prose.
 //
-//   FileHeader                     2288 bytes
-//   LevelEntry x levels x channels 128 bytes each, level 0 first, inside a level channel 0 first
-//   ChannelEntry x channels        version 2: 2208 bytes each
-//   source name                    FileHeader::source_name_bytes of UTF-8
-//   for each level, coarsest first, level 0 last, for each channel, each section at the next multiple of 64, zeros
-//   between:
-//     block records                block_count x blockRecordBytes, in Morton order of origin
-//     subblock records             subblock_count x subblockRecordBytes, block after block, in local raster order
-//     chunk checksums              u64 x ceil(voxel bytes / 1 MiB): XXH3-64 of each MiB of the voxel section
-//     voxels                       subblock_count x side^3 x voxelBytes, x fastest; beyond the level's dims: zeros
+//   FileHeader                     192 bytes
+//   LevelEntry x levels            72 bytes each, level 0 first
+//   ChannelSections x levels x channels  96 bytes each, level 0 first, inside a level channel 0 first
+//   ChannelEntry x channels        2144 bytes each
+//   metadata                       FileHeader::metadata_bytes of text: volume/file/metadata.h
+//   records: for each level, coarsest first, each section at the next multiple of 64, zeros between:
+//     block records                of all channels, apron_block_count records in Morton order of origin
+//     for each channel:
+//       ranges                     subblock_count x rangeBytes, block after block, in local raster order
+//       apron ranges               apron_subblock_count x apronRangeBytes, in the same order
+//       pages                      PageEntry x block_count: of each stored block, in their order
+//   voxels: for each level, coarsest first, for each channel, a section at the next multiple of 64:
+//     pages                        of each stored block: subblock_count x side^3 x voxelBytes, x fastest; beyond the
+//                                  level's dims: zeros
 //   end of file: nothing follows the voxels of the last channel of level 0
 //
-//   block record     u16 origin[3] in blocks | u8 range mask | u8 subblock count | D density min | D density max |
-//                    occupancy, ceil(block_side^3 / 8) bytes: bit i of byte i/8 is local subblock i
-//   subblock record  D density min | D density max | u8 range mask
-//                    version 2, where the channel has no non-empty voxel: 0, 0, 0
+//   block record     u16 origin[3] in blocks | u8 stored | u8 beyond | set of `stored` | set of `beyond` local
+//   subblocks
+//                    stored: those that have voxels; beyond: those that have none, and whose apron has
+//   set              of fewer local subblocks than ceil(block_side^3 / 8): a u8 each, ascending; of more: as many bytes
+//                    as that, bit i of byte i/8 is local subblock i
+//   range            D density min | D density max | u8 range mask; 0, 0, 0 where the channel has no non-empty voxel
+//   apron range      D density min | D density max
 //   D is the density as it is stored: u8 for rgba8 and u8, u16 for u16, f32 for f32.
 //
-// Neighbours and first_subblock are not stored: they follow from the order.
+// A local subblock is x + block_side * (y + block_side * z). A subblock's apron is the one-voxel ring around it. What
+// follows from the order is not stored: neighbours, first subblocks, ranges and masks of blocks, masks of aprons.
 #pragma once
 
 #include <array>
@@ -38,12 +44,9 @@ namespace blockwalk {
 static_assert(std::endian::native == std::endian::little, "records are copied as they lie in memory");
 
 constexpr std::array<char, 8> kFileMagic = {'B', 'W', 'V', 'O', 'L', '\r', '\n', '\x1a'};
-constexpr std::uint32_t kFileVersion = 1;
-constexpr std::uint32_t kFileVersionOfChannels = 2;
+constexpr std::uint32_t kFileVersion = 3;
 constexpr std::uint64_t kSectionAlignment = 64;
-constexpr std::uint64_t kChunkBytes = std::uint64_t{1} << 20;
-constexpr std::uint32_t kMaxSourceNameBytes = 1024;
-constexpr std::uint32_t kMaxChannelNameBytes = 64;
+constexpr std::uint64_t kMaxSubblocks = 0xfffffffe;  // of a level: a kernel counts them in 32 bits
 
 // The values of one channel.
 struct ChannelFields {
@@ -66,7 +69,7 @@ static_assert(sizeof(ChannelFields) == 2136 && offsetof(ChannelFields, bin_cuts)
 struct FileHeader {
   std::array<char, 8> magic{};
   std::uint32_t version = 0;
-  std::uint32_t header_bytes = 0;  // FileHeader, level and channel entries, source name
+  std::uint32_t header_bytes = 0;  // FileHeader, entries and metadata
   std::uint64_t file_bytes = 0;
   std::uint64_t header_checksum = 0;  // XXH3-64 of the header_bytes with this field zero
   std::uint8_t type = 0;              // VoxelType
@@ -75,72 +78,125 @@ struct FileHeader {
   std::uint8_t level_count = 0;
   std::array<std::uint32_t, 3> dims{};
   std::array<double, 12> world_from_index{};  // the first three rows, row after row; the fourth is 0 0 0 1
-  ChannelFields channel;                      // version 1; version 2: all bytes 0
-  std::uint32_t source_name_bytes = 0;
-  std::uint32_t channel_count = 0;  // version 1: 0; version 2: 2..4
+  std::uint32_t channel_count = 0;
+  std::uint32_t metadata_bytes = 0;
+  // Room for being a part of a larger volume and a step in time; all 0 so far.
+  std::array<std::uint32_t, 3> part_origin{};  // of this volume's first voxel in the whole
+  std::array<std::uint32_t, 3> whole_dims{};
+  std::uint32_t time_step = 0;
+  std::uint32_t time_steps = 0;
+  std::array<std::uint32_t, 2> reserved{};
 };
-static_assert(sizeof(FileHeader) == 2288 && offsetof(FileHeader, dims) == 36 &&
-              offsetof(FileHeader, world_from_index) == 48 && offsetof(FileHeader, channel) == 144 &&
-              offsetof(FileHeader, source_name_bytes) == 2280);
+static_assert(sizeof(FileHeader) == 192 && offsetof(FileHeader, dims) == 36 &&
+              offsetof(FileHeader, world_from_index) == 48 && offsetof(FileHeader, channel_count) == 144 &&
+              offsetof(FileHeader, part_origin) == 152);
 
 struct ChannelEntry {
   ChannelFields fields;
-  std::uint32_t name_bytes = 0;
-  std::uint32_t reserved = 0;                     // 0
-  std::array<char, kMaxChannelNameBytes> name{};  // UTF-8, zeros behind
+  std::uint8_t values = 0;  // ChannelValues
+  std::array<std::uint8_t, 7> reserved{};
 };
-static_assert(sizeof(ChannelEntry) == 2208);
+static_assert(sizeof(ChannelEntry) == 2144 && offsetof(ChannelEntry, values) == 2136);
 
 struct Section {
   std::uint64_t offset = 0;
   std::uint64_t bytes = 0;
-  std::uint64_t checksum = 0;  // XXH3-64; of voxels 0, their chunks have their own
+  std::uint64_t checksum = 0;  // XXH3-64; of voxels 0, their pages have their own
 };
 
+// What all channels of a level share.
 struct LevelEntry {
   std::array<std::uint32_t, 3> dims{};
-  std::uint32_t reserved = 0;  // 0
-  std::uint64_t block_count = 0;
-  std::uint64_t subblock_count = 0;
+  std::uint32_t reserved = 0;
+  std::uint64_t block_count = 0;           // with stored subblocks
+  std::uint64_t subblock_count = 0;        // stored
+  std::uint64_t apron_block_count = 0;     // with subblocks that are stored or beyond: all records
+  std::uint64_t apron_subblock_count = 0;  // stored and beyond
   Section blocks;
-  Section subblocks;
-  Section chunk_checksums;
+};
+static_assert(sizeof(LevelEntry) == 72 && sizeof(Section) == 24);
+
+struct ChannelSections {
+  Section ranges;
+  Section apron_ranges;
+  Section pages;
   Section voxels;
 };
-static_assert(sizeof(LevelEntry) == 128 && sizeof(Section) == 24);
+static_assert(sizeof(ChannelSections) == 96);
 
-constexpr std::size_t kMaxHeaderBytes =
-    sizeof(FileHeader) + kMaxChannels * (kMaxLevels * sizeof(LevelEntry) + sizeof(ChannelEntry)) + kMaxSourceNameBytes;
+enum class Codec : std::uint8_t { raw = 0 };
+
+// What is read at once: the voxels of one stored block in one channel. Pages follow each other without gaps.
+struct PageEntry {
+  std::uint64_t checksum = 0;  // XXH3-64 of the bytes in the file
+  std::uint32_t bytes = 0;     // in the file
+  std::uint8_t codec = 0;      // Codec
+  std::uint8_t subblocks = 0;  // the block's stored ones
+  std::uint16_t reserved = 0;
+};
+static_assert(sizeof(PageEntry) == 16);
 
 // Bytes of one stored density.
 std::size_t densityBytes(VoxelType type);
-// Bytes of one block record and of one subblock record.
-std::size_t blockRecordBytes(VoxelType type, int block_side);
-std::size_t subblockRecordBytes(VoxelType type);
+std::size_t rangeBytes(VoxelType type);
+std::size_t apronRangeBytes(VoxelType type);
 
-// Appends one record. The densities are exact in the stored width.
-void appendBlockRecord(std::vector<std::byte>& out, const VolumeInfo& info, const Block& block);
-void appendSubblockRecord(std::vector<std::byte>& out, const VolumeInfo& info, const Subblock& subblock);
-// Reads one record; checks nothing but takes any bytes. first_subblock and neighbours stay as they are by default.
-Block decodeBlockRecord(const std::byte* record, const VolumeInfo& info);
-Subblock decodeSubblockRecord(const std::byte* record, const VolumeInfo& info);
+// The least and greatest size of a block record.
+constexpr std::size_t kLeastBlockRecordBytes = 9;
+std::size_t largestBlockRecordBytes(int block_side);
+
+using SubblockSet = std::array<std::uint64_t, 4>;  // bit i: local subblock i
+inline int countOf(const SubblockSet& set) {
+  return std::popcount(set[0]) + std::popcount(set[1]) + std::popcount(set[2]) + std::popcount(set[3]);
+}
+inline bool contains(const SubblockSet& set, int local) {
+  return (set[static_cast<std::size_t>(local) / 64] >> (local % 64) & 1u) != 0;
+}
+inline void insert(SubblockSet& set, int local) {
+  set[static_cast<std::size_t>(local) / 64] |= std::uint64_t{1} << (local % 64);
+}
+
+struct BlockRecord {
+  glm::ivec3 origin{0};  // blocks
+  SubblockSet stored{};
+  SubblockSet beyond{};
+};
+// Appends one record. Densities are exact in the stored width.
+void appendBlockRecord(std::vector<std::byte>& out, int block_side, const BlockRecord& record);
+void appendDensity(std::vector<std::byte>& out, VoxelType type, float density);
+void appendRange(std::vector<std::byte>& out, VoxelType type, const Subblock& subblock);
+
+// Reads one record from the front of `records` and takes it away. False where it is cut off or not as
+// appendBlockRecord() writes one; which subblocks lie inside the level is not its matter.
+bool takeBlockRecord(std::span<const std::byte>& records, int block_side, BlockRecord& record);
+// Read one record; check nothing but take any bytes.
+Subblock decodeRange(const std::byte* record, VoxelType type);
+Subblock decodeApronRange(const std::byte* record, VoxelType type);  // without mask
 
 // Which of the block's local subblocks have a voxel inside the level; `origin` in blocks.
-std::array<std::uint64_t, 4> insideMask(const VolumeInfo& info, glm::ivec3 level_dims, glm::ivec3 origin);
+SubblockSet insideMask(const VolumeInfo& info, glm::ivec3 level_dims, glm::ivec3 origin);
 
 struct FileLayout {
   std::uint32_t header_bytes = 0;
   std::uint64_t file_bytes = 0;
   std::size_t channels = 1;
-  std::vector<LevelEntry> entries;  // level after level, the finest first, inside a level channel after channel
+  std::vector<LevelEntry> levels;         // the finest first
+  std::vector<ChannelSections> sections;  // level after level, inside a level channel after channel
 
-  std::size_t levelCount() const { return entries.size() / channels; }
-  LevelEntry& entry(std::size_t level, std::size_t channel) { return entries[level * channels + channel]; }
-  const LevelEntry& entry(std::size_t level, std::size_t channel) const { return entries[level * channels + channel]; }
+  ChannelSections& of(std::size_t level, std::size_t channel) { return sections[level * channels + channel]; }
+  const ChannelSections& of(std::size_t level, std::size_t channel) const {
+    return sections[level * channels + channel];
+  }
+};
+// Sizes that do not follow from the counts. Of each level; of each level and channel as in FileLayout.
+struct FileSizes {
+  std::vector<std::uint64_t> blocks;
+  std::vector<std::uint64_t> voxels;
+  std::size_t metadata = 0;
 };
 // Lays the sections out: fills dims, counts, offsets and sizes of every level and channel from info.type, dims, sides,
-// the number of channels and the counts in info.levels; checksums are 0. Needs counts whose sections together stay
-// below 2^63 bytes.
-FileLayout layOutFile(const VolumeInfo& info);
+// the number of channels and the counts in info.levels; checksums are 0. Needs sections that together stay below 2^63
+// bytes.
+FileLayout layOutFile(const VolumeInfo& info, const FileSizes& sizes);
 
 }  // namespace blockwalk

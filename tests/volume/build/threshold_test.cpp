@@ -191,7 +191,7 @@ TEST(BuilderRefuses, AFailingSourceAndLeavesTheOldFile) {
 TEST(BuilderRefuses, OddNamesBecomePlainText) {
   MemorySource source = randomSource(VoxelType::u8, {5, 5, 5}, 1);
   source.change().name = "a\x1b[31m\xff\xc3\xa9\xed\xa0\x80.raw";
-  EXPECT_EQ(build(source).source_name, "a?[31m?\xc3\xa9???.raw");
+  EXPECT_EQ(build(source).metadata.source_name, "a?[31m?\xc3\xa9???.raw");
 }
 
 }  // namespace

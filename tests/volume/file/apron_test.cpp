@@ -3,10 +3,14 @@
 
 #include <gtest/gtest.h>
 
+#include <map>
+#include <optional>
 #include <set>
 #include <tuple>
 
+#include "tests/volume/file/file_contents.h"
 #include "tests/volume/memory_source.h"
+#include "volume/build/budget.h"
 #include "volume/build/builder.h"
 
 namespace blockwalk::volume_test {
@@ -162,6 +166,96 @@ INSTANTIATE_TEST_SUITE_P(
                     ApronCase{.type = VoxelType::f32, .dims = {1, 1, 200}, .block_side = 2},
                     ApronCase{.type = VoxelType::u8, .dims = {57, 41, 33}, .block_side = 2, .channels = 3},
                     ApronCase{.type = VoxelType::f32, .dims = {40, 30, 35}, .subblock_side = 4, .channels = 2}));
+
+// What the file says of aprons, against all voxels of a level.
+void checkLevel(const VolumeFile& file, int number, int channel_number) {
+  const VolumeInfo& info = file.info();
+  const ChannelInfo& values = info.channels[static_cast<std::size_t>(channel_number)];
+  const float empty_value = emptyValue(info.type, values);
+  std::vector<DenseLevel> channels;
+  for (int i = 0; i < static_cast<int>(info.channels.size()); ++i) channels.push_back(readDense(file, number, i));
+  const glm::ivec3 dims = channels[0].level.info.dims;
+  const auto density = [&](int channel, glm::ivec3 p) {
+    p = glm::clamp(p, glm::ivec3(0), dims - 1);
+    const auto at = static_cast<std::size_t>(p.x + dims.x * (p.y + dims.y * p.z));
+    const DenseLevel& dense = channels[static_cast<std::size_t>(channel)];
+    const float own = storedDensity(info.type, dense.voxels.data() + at * voxelBytes(info.type));
+    const float threshold = info.channels[static_cast<std::size_t>(channel)].empty_threshold;
+    return !dense.stored[at] || isEmptyDensity(own, threshold) ? std::optional<float>() : own;
+  };
+  std::map<std::tuple<int, int, int>, Subblock> found;
+  const Level level = file.readApronLevel(number, channel_number);
+  for (const Block& block : level.blocks) {
+    std::uint64_t next = block.first_subblock;
+    for (int local = 0; local < info.block_side * info.block_side * info.block_side; ++local) {
+      if ((block.occupancy[static_cast<std::size_t>(local) / 64] >> (local % 64) & 1u) == 0) continue;
+      const glm::ivec3 at = block.origin * info.block_side + glm::ivec3(local % info.block_side,
+                                                                        local / info.block_side % info.block_side,
+                                                                        local / (info.block_side * info.block_side));
+      found[{at.x, at.y, at.z}] = level.subblocks[next++];
+    }
+  }
+  const int side = info.subblock_side;
+  std::size_t expected = 0;
+  for (int z = 0; z * side < dims.z; ++z) {
+    for (int y = 0; y * side < dims.y; ++y) {
+      for (int x = 0; x * side < dims.x; ++x) {
+        bool any = false;
+        float least = std::numeric_limits<float>::infinity();
+        float greatest = -least;
+        for (int i = 0; i < (side + 2) * (side + 2) * (side + 2); ++i) {
+          const glm::ivec3 p =
+              glm::ivec3(x, y, z) * side +
+              glm::ivec3(i % (side + 2) - 1, i / (side + 2) % (side + 2) - 1, i / ((side + 2) * (side + 2)) - 1);
+          for (int c = 0; c < static_cast<int>(channels.size()); ++c) any = any || density(c, p).has_value();
+          least = std::min(least, density(channel_number, p).value_or(empty_value));
+          greatest = std::max(greatest, density(channel_number, p).value_or(empty_value));
+        }
+        const auto record = found.find({x, y, z});
+        ASSERT_EQ(record != found.end(), any) << number << ": " << x << ' ' << y << ' ' << z;
+        if (!any) continue;
+        ++expected;
+        EXPECT_EQ(record->second.density_min, least) << number << ": " << x << ' ' << y << ' ' << z;
+        EXPECT_EQ(record->second.density_max, greatest) << number << ": " << x << ' ' << y << ' ' << z;
+      }
+    }
+  }
+  EXPECT_EQ(found.size(), expected);
+}
+
+TEST_P(Apron, IsWhatAllVoxelsOfEveryLevelSay) {
+  const ApronCase& c = GetParam();
+  const ScratchFolder folder;
+  MemorySource source = randomSource(c.type, c.dims, 11, c.type == VoxelType::f32, c.channels);
+  // A cache of no size: the 27 blocks in use are all that stay.
+  buildVolume(source, folder / "a.bwv",
+              {.subblock_side = c.subblock_side, .block_side = c.block_side, .empty_thresholds = {c.threshold}},
+              {.slab_bytes = 4000, .sort_bytes = 400, .stream_bytes = 600, .shell_bytes = 0});
+  const VolumeFile file(folder / "a.bwv");
+  for (int level = 0; level < static_cast<int>(file.info().levels.size()); ++level) {
+    for (int channel = 0; channel < static_cast<int>(c.channels); ++channel) checkLevel(file, level, channel);
+  }
+}
+
+TEST(ApronLevel, KnowsItsSubblocksWithoutReadingVoxels) {
+  const ScratchFolder folder;
+  MemorySource source(VoxelType::u8, {200, 200, 200});
+  std::ranges::fill(source.voxels, std::byte{9});
+  buildVolume(source, folder / "a.bwv", {});
+  const VolumeFile file(folder / "a.bwv");
+  const std::uint64_t before = file.bytesRead();
+  ApronLevel apron(file, 0, 0);
+  EXPECT_EQ(apron.records().info.subblock_count, 25u * 25 * 25);
+  EXPECT_LT(file.bytesRead() - before, file.info().levels[0].voxel_bytes / 50);
+  // And reading all of it reads each stored block once, while they fit the cache.
+  const std::uint64_t records = file.bytesRead();
+  std::vector<std::byte> voxels;
+  for (std::size_t i = 0; i < apron.records().blocks.size(); ++i) {
+    voxels.resize(apron.records().blocks[i].subblock_count * apron.subblockBytes());
+    apron.readBlock(i, voxels);
+  }
+  EXPECT_EQ(file.bytesRead() - records, file.info().levels[0].voxel_bytes);
+}
 
 TEST(ApronLevel, OfNothingIsEmpty) {
   const ScratchFolder folder;

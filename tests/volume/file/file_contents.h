@@ -68,12 +68,22 @@ void appendValue(std::string& out, const T& value) {
 inline std::string readContents(const std::filesystem::path& path) {
   const VolumeFile file(path);
   const VolumeInfo& info = file.info();
-  std::string out = info.source_name;
+  std::string out =
+      info.metadata.source_name + info.metadata.source_kind + info.metadata.length_unit + info.metadata.space;
+  for (const auto& [key, value] : info.metadata.others) out += key + value;
   appendValue(out, info.type);
   appendValue(out, info.dims);
   appendValue(out, info.world_from_index);
   for (const ChannelInfo& channel : info.channels) {
-    out += channel.name;
+    out += channel.name + channel.unit;
+    if (channel.color) appendValue(out, *channel.color);
+    if (channel.window) appendValue(out, *channel.window);
+    appendValue(out, channel.values);
+    for (const LabelInfo& label : channel.labels) {
+      appendValue(out, label.value);
+      out += label.name;
+      if (label.color) appendValue(out, *label.color);
+    }
     appendValue(out, channel.value_scale);
     appendValue(out, channel.value_offset);
     appendValue(out, channel.empty_threshold);
@@ -90,18 +100,20 @@ inline std::string readContents(const std::filesystem::path& path) {
   const int channels = static_cast<int>(info.channels.size());
   for (int i = 0; i < static_cast<int>(info.levels.size()) * channels; ++i) {
     const Level level = file.readLevel(i / channels, i % channels);
-    for (const Block& block : level.blocks) {
-      appendValue(out, block.origin);
-      appendValue(out, block.density_min);
-      appendValue(out, block.density_max);
-      appendValue(out, block.range_mask);
-      appendValue(out, block.occupancy);
-      appendValue(out, block.neighbours);
-    }
-    for (const Subblock& subblock : level.subblocks) {
-      appendValue(out, subblock.density_min);
-      appendValue(out, subblock.density_max);
-      appendValue(out, subblock.range_mask);
+    for (const Level& records : {level, file.readApronLevel(i / channels, i % channels)}) {
+      for (const Block& block : records.blocks) {
+        appendValue(out, block.origin);
+        appendValue(out, block.density_min);
+        appendValue(out, block.density_max);
+        appendValue(out, block.range_mask);
+        appendValue(out, block.occupancy);
+        appendValue(out, block.neighbours);
+      }
+      for (const Subblock& subblock : records.subblocks) {
+        appendValue(out, subblock.density_min);
+        appendValue(out, subblock.density_max);
+        appendValue(out, subblock.range_mask);
+      }
     }
     std::vector<std::byte> voxels(static_cast<std::size_t>(level.info.voxel_bytes));
     file.readVoxels(i / channels, i % channels, 0, level.info.subblock_count, voxels);

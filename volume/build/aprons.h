@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the file says of aprons: which subblocks have one that is not empty, and the densities between which
+// interpolation inside them can give any value. Found without a second look at voxels: while a subblock passes by, its
+// shell is kept, the range of densities in each of the 26 parts that a neighbour's apron takes from it.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <span>
+#include <unordered_map>
+#include <vector>
+
+#include "volume/build/storage.h"
+#include "volume/file/layout.h"
+
+namespace blockwalk {
+
+// Part dx + 3 dy + 9 dz of a subblock's shell, each d 0, 1 or 2 for -1, 0 and +1: the voxels that lie in the apron of
+// the neighbour there. Part 13 is the whole subblock.
+constexpr std::size_t kShellParts = 27;
+
+// Takes the shell of one channel of a subblock.
+class ShellReader {
+ public:
+  // Takes value map and threshold of the channel, which must be final. `side`: of a subblock, voxels.
+  ShellReader(VoxelType type, int side, const ChannelInfo& channel);
+
+  // Least and greatest density of each part, in the stored width, with the empty value for empty voxels. Only the
+  // `extent` of the subblock lies inside the level; parts beyond it mean nothing. out: kShellParts * apronRangeBytes().
+  void read(std::span<const std::byte> voxels, glm::ivec3 extent, std::span<std::byte> out) const;
+
+ private:
+  template <typename T, std::size_t channels, int side>
+  void readSide(const std::byte* voxels, glm::ivec3 extent, std::byte* out) const;
+  template <typename T, std::size_t channels>
+  void readType(const std::byte* voxels, glm::ivec3 extent, std::byte* out) const;
+
+  VoxelType type_;
+  int side_;
+  float threshold_;
+  float empty_value_;
+};
+
+// The shells of a level, in the order of its stored blocks, until its aprons are known.
+class LevelShells {
+ public:
+  // `cache_bytes`: of shells in memory when they are read again.
+  LevelShells(const std::filesystem::path& folder, std::size_t stream_bytes, std::size_t cache_bytes);
+
+  // Every channel of one subblock of the block that is added next.
+  void addSubblock(std::span<const std::byte> shells) { shells_.append(shells); }
+  void addBlock(glm::ivec3 origin, const SubblockSet& stored);
+
+  struct Aprons {
+    std::uint64_t blocks = 0;
+    std::uint64_t subblocks = 0;
+  };
+  // Appends block records of the level and, of each channel, apron ranges. `dims`: of the level. Memory: 56 bytes a
+  // block and the cache.
+  Aprons find(const VolumeInfo& info, glm::ivec3 dims, TempBytes& blocks, std::span<TempBytes* const> apron_ranges);
+
+ private:
+  TempBytes shells_;
+  TempBytes blocks_;  // StoredBlock each
+  std::size_t cache_bytes_;
+  std::uint64_t subblocks_ = 0;
+};
+
+}  // namespace blockwalk
