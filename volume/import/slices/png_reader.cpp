@@ -108,7 +108,7 @@ void PngReader::Decoder::readWhole(std::uint64_t memory_bytes) {
     failData("{}: an interlaced PNG is held whole: {} bytes of memory, {} are allowed; raise --memory", file.name(),
              bytes, memory_bytes);
   }
-  whole = std::make_unique_for_overwrite<std::byte[]>(bytes);
+  whole = std::make_unique<std::byte[]>(bytes);
   guarded([this] {
     constexpr int kPasses = 7;
     for (int pass = 0; pass < kPasses; ++pass) {

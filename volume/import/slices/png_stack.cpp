@@ -9,30 +9,19 @@
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
 #include "volume/import/slices/png_reader.h"
+#include "volume/import/slices/slice_shape.h"
 
 namespace blockwalk {
 namespace {
 
-struct PngShape {
-  int width = 0;
-  int height = 0;
-  SampleFormat format;
-  bool operator==(const PngShape&) const = default;
-};
-
-PngShape shapeOf(const std::filesystem::path& path, std::uint64_t memory_bytes) {
+SliceShape shapeOf(const std::filesystem::path& path, std::uint64_t memory_bytes) {
   const PngReader reader(path, memory_bytes);
   return {reader.width(), reader.height(), reader.format()};
 }
 
-std::string describe(const PngShape& shape) {
-  return fmt::format("{} x {} pixels of {} x {}", shape.width, shape.height, shape.format.channels,
-                     sampleTypeName(shape.format.type));
-}
-
 class PngStack final : public Source {
  public:
-  PngStack(std::vector<std::filesystem::path> files, PngShape shape, int columns, SourceInfo info,
+  PngStack(std::vector<std::filesystem::path> files, SliceShape shape, int columns, SourceInfo info,
            ChannelConverter converter, std::uint64_t memory_bytes)
       : files_(std::move(files)),
         shape_(shape),
@@ -88,7 +77,7 @@ class PngStack final : public Source {
   }
 
   std::vector<std::filesystem::path> files_;
-  PngShape shape_;
+  SliceShape shape_;
   int columns_;
   SourceInfo info_;
   ChannelConverter converter_;
@@ -103,7 +92,7 @@ class PngStack final : public Source {
 };
 
 // How many tiles lie side by side; throws DataError when the tiles do not fill the image or are too few.
-int tileColumns(const std::string& name, const PngShape& shape, glm::ivec3 dims) {
+int tileColumns(const std::string& name, const SliceShape& shape, glm::ivec3 dims) {
   if (shape.width % dims.x != 0 || shape.height % dims.y != 0) {
     failData("{}: dims: {} x {} pixels do not divide into slices of {} x {}", name, shape.width, shape.height, dims.x,
              dims.y);
@@ -118,11 +107,11 @@ int tileColumns(const std::string& name, const PngShape& shape, glm::ivec3 dims)
 
 std::unique_ptr<Source> openPng(const std::vector<std::filesystem::path>& slices, const std::string& name,
                                 const ImportOptions& options) {
-  const PngShape shape = shapeOf(slices.front(), options.memory_bytes);
+  const SliceShape shape = shapeOf(slices.front(), options.memory_bytes);
   for (const auto& slice : slices) {
-    const PngShape found = shapeOf(slice, options.memory_bytes);
+    const SliceShape found = shapeOf(slice, options.memory_bytes);
     if (found != shape) {
-      failData("{}: has {}, the first slice has {}", slice.string(), describe(found), describe(shape));
+      failData("{}: has {}, the first slice has {}", slice.string(), found.text(), shape.text());
     }
   }
   const auto count = static_cast<std::int64_t>(slices.size());

@@ -40,6 +40,7 @@ struct TiffFile::Decoder {
   char message[240] = "";
   TIFF* tiff = nullptr;
   std::vector<TiffPage> pages;
+  std::string description;
 
   // the band that is decoded
   std::size_t page = std::numeric_limits<std::size_t>::max();
@@ -103,7 +104,10 @@ void TiffFile::Decoder::open() {
 void TiffFile::Decoder::readPages() {
   for (int number = 1;; ++number) {
     if (number > kMaxDim) failData("{}: TIFF: more than {} pages", file.name(), kMaxDim);
-    if (!isSecondaryPage(tiff)) pages.push_back(readTiffPage(tiff, file.name(), number));
+    if (!isSecondaryPage(tiff)) {
+      if (pages.empty()) description = tiffDescription(tiff, file.name());
+      pages.push_back(readTiffPage(tiff, file.name(), number));
+    }
     if (TIFFLastDirectory(tiff) != 0) break;
     message[0] = '\0';
     if (TIFFReadDirectory(tiff) == 0) {
@@ -146,8 +150,8 @@ void TiffFile::Decoder::select(std::size_t wanted) {
   row_bytes = band_row;
   piece_row_bytes = piece_row;
   piece_bytes = piece_row * height;
-  rows = std::make_unique_for_overwrite<std::byte[]>(band_row * height);
-  piece = std::make_unique_for_overwrite<std::byte[]>(piece_bytes);
+  rows = std::make_unique<std::byte[]>(band_row * height);
+  piece = std::make_unique<std::byte[]>(piece_bytes);
   if (chosen.palette) {
     std::array<std::uint16_t*, 3> tables{};
     if (TIFFGetField(tiff, TIFFTAG_COLORMAP, &tables[0], &tables[1], &tables[2]) != 1) {
@@ -167,6 +171,7 @@ void TiffFile::Decoder::readPiece(int index, int column, int plane, int row_coun
   const TiffPage& chosen = pages[page];
   const auto row = static_cast<std::uint32_t>(index * chosen.piece_height);
   message[0] = '\0';
+  std::memset(piece.get(), 0, piece_bytes);
   tmsize_t wanted = static_cast<tmsize_t>(piece_bytes);
   tmsize_t got = 0;
   if (chosen.tiled) {
@@ -178,7 +183,8 @@ void TiffFile::Decoder::readPiece(int index, int column, int plane, int row_coun
     const std::uint32_t strip = TIFFComputeStrip(tiff, row, static_cast<std::uint16_t>(plane));
     got = TIFFReadEncodedStrip(tiff, strip, piece.get(), wanted);
   }
-  if (got != wanted) fail(chosen);
+  // Some decoders report an error and fill what is left with whatever was there.
+  if (got != wanted || message[0] != '\0') fail(chosen);
 }
 
 void TiffFile::Decoder::copyPiece(int column, int plane, int row_count) {
@@ -253,6 +259,7 @@ TiffFile::~TiffFile() = default;
 
 const std::string& TiffFile::name() const { return decoder_->file.name(); }
 const std::vector<TiffPage>& TiffFile::pages() const { return decoder_->pages; }
+const std::string& TiffFile::description() const { return decoder_->description; }
 
 void TiffFile::readRow(std::size_t page, int y, std::span<std::byte> out) {
   Decoder& decoder = *decoder_;

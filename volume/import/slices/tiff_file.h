@@ -29,14 +29,13 @@ struct TiffPage {
   bool tiled = false;
   int piece_width = 0;   // a tile's, or the image's
   int piece_height = 0;  // a tile's, or a strip's
-  std::string description;
 };
 
 // Strips and tiles, both planar configurations, classic and BigTIFF. Grey of 1 to 64 bits, grey with alpha, RGB and
 // RGBA of 8 and 16 bits, palettes as RGB. WhiteIsZero is turned round, premultiplied colour is divided by its alpha.
 // Rows come in the order in which they lie in the file, whatever the orientation tag says. Thumbnails and masks among
-// the pages are passed over. libtiff's complaints become DataError; every allocation is checked against `memory_bytes`
-// or the file before.
+// the pages are passed over. libtiff's errors become DataError, also where it would go on with what it has; every
+// allocation is checked against `memory_bytes` or the file before.
 class TiffFile {
  public:
   TiffFile(const std::filesystem::path& path, std::uint64_t memory_bytes);
@@ -46,6 +45,8 @@ class TiffFile {
 
   const std::string& name() const;
   const std::vector<TiffPage>& pages() const;
+  // ImageDescription of the first page, which speaks for all; empty where there is none.
+  const std::string& description() const;
   // Row `y` of a page as samples of page.format; ascending rows decode every band once.
   void readRow(std::size_t page, int y, std::span<std::byte> out);
 

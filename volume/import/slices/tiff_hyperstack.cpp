@@ -2,11 +2,10 @@
 #include "volume/import/slices/tiff_hyperstack.h"
 
 #include <algorithm>
-#include <array>
 #include <cstdint>
 #include <optional>
+#include <pugixml.hpp>
 #include <string_view>
-#include <utility>
 
 #include "volume/error.h"
 #include "volume/import/header_text.h"
@@ -15,7 +14,7 @@
 namespace blockwalk {
 namespace {
 
-// The number behind `key`, as in ImageJ's "channels=2" and OME-XML's SizeC="2".
+// The number behind `key`, as in ImageJ's "channels=2".
 std::optional<std::int64_t> numberAfter(std::string_view text, std::string_view key) {
   const std::size_t found = text.find(key);
   if (found == std::string_view::npos) return std::nullopt;
@@ -59,45 +58,56 @@ PageOrder imageJOrder(const TiffFile& file, std::string_view text) {
   return order;
 }
 
-// The text of an XML attribute; the five entities that every writer must use are read.
-std::string unescaped(std::string_view text) {
-  constexpr std::array<std::pair<std::string_view, char>, 5> kEntities{
-      {{"&lt;", '<'}, {"&gt;", '>'}, {"&quot;", '"'}, {"&apos;", '\''}, {"&amp;", '&'}}};
-  std::string result;
-  while (!text.empty()) {
-    const auto entity = std::ranges::find_if(kEntities, [&](const auto& one) { return text.starts_with(one.first); });
-    result += entity == kEntities.end() ? text.front() : entity->second;
-    text.remove_prefix(entity == kEntities.end() ? 1 : entity->first.size());
-  }
-  return result;
+// The name of an element without the prefix of its namespace.
+std::string_view localName(const pugi::xml_node& node) {
+  const std::string_view name = node.name();
+  const std::size_t colon = name.find(':');
+  return colon == std::string_view::npos ? name : name.substr(colon + 1);
 }
 
-// Name="..." of the first `count` Channel elements; none when one has no name.
-std::vector<std::string> omeChannelNames(std::string_view text, std::size_t count) {
-  std::vector<std::string> names;
-  while (names.size() < count) {
-    const std::size_t begin = text.find("<Channel ");
-    if (begin == std::string_view::npos) return {};
-    text.remove_prefix(begin);
-    const std::string_view element = text.substr(0, text.find('>'));
-    const std::size_t name = element.find(" Name=\"");
-    if (name == std::string_view::npos) return {};
-    const std::string_view value = element.substr(name + 7);
-    names.push_back(unescaped(value.substr(0, value.find('"'))));
-    text.remove_prefix(element.size());
+// One OME-XML Pixels element: what it says of the order of pages.
+class OmePixels {
+ public:
+  OmePixels(const TiffFile& file, const pugi::xml_node& pixels) : file_(file), pixels_(pixels) {}
+
+  // 1 where the attribute is missing.
+  std::int64_t size(const char* attribute) const {
+    const pugi::xml_attribute found = pixels_.attribute(attribute);
+    if (!found) return 1;
+    const auto value = parseInteger(found.value());
+    if (!value || *value < 1) {
+      failData("{}: ImageDescription: {}=\"{}\" is no whole number of at least 1", file_.name(), attribute,
+               found.value());
+    }
+    return *value;
   }
-  return names;
-}
+
+  std::string_view dimensionOrder() const { return pixels_.attribute("DimensionOrder").as_string("XYCZT"); }
+
+  // Name of the first `count` Channel elements; none when one has no name.
+  std::vector<std::string> channelNames(std::size_t count) const {
+    std::vector<std::string> names;
+    for (const pugi::xml_node& child : pixels_.children()) {
+      if (localName(child) != "Channel" || names.size() == count) continue;
+      names.emplace_back(child.attribute("Name").value());
+      if (names.back().empty()) return {};
+    }
+    return names.size() == count ? names : std::vector<std::string>();
+  }
+
+ private:
+  const TiffFile& file_;
+  pugi::xml_node pixels_;
+};
 
 // The OME data model, Pixels: SizeC, SizeZ, SizeT and DimensionOrder, fastest axis first.
-PageOrder omeOrder(const TiffFile& file, std::string_view text) {
+PageOrder omeOrder(const TiffFile& file, const OmePixels& pixels) {
   const int samples = file.pages().front().format.channels;
-  const std::int64_t times = numberAfter(text, " SizeT=\"").value_or(1);
-  if (times > 1) {
+  if (const std::int64_t times = pixels.size("SizeT"); times > 1) {
     failData("{}: ImageDescription: SizeT=\"{}\": the pages are a series in time; split it into a file a time",
              file.name(), times);
   }
-  const std::int64_t channels = numberAfter(text, " SizeC=\"").value_or(1);
+  const std::int64_t channels = pixels.size("SizeC");
   PageOrder order;
   if (channels <= 1 || channels == samples) return order;
   if (samples > 1) {
@@ -106,30 +116,47 @@ PageOrder omeOrder(const TiffFile& file, std::string_view text) {
   }
   order.channels = checkedChannels(file, fmt::format("SizeC=\"{}\"", channels), channels);
   const auto pages = static_cast<std::int64_t>(file.pages().size());
-  const std::int64_t slices = numberAfter(text, " SizeZ=\"").value_or(1);
-  if (slices * channels != pages) {
+  const std::int64_t slices = pixels.size("SizeZ");
+  if (pages % channels != 0 || slices != pages / channels) {
     failData("{}: ImageDescription: SizeZ=\"{}\": {} slices of {} channels are not the file's {} pages", file.name(),
              slices, slices, channels, pages);
   }
-  const std::size_t at = text.find(" DimensionOrder=\"");
-  const std::string_view axes = at == std::string_view::npos ? "XYCZT" : text.substr(at + 17, 5);
+  const std::string_view axes = pixels.dimensionOrder();
   const std::size_t c = axes.find('C');
   const std::size_t z = axes.find('Z');
   if (!axes.starts_with("XY") || c == std::string_view::npos || z == std::string_view::npos) {
     failData("{}: ImageDescription: DimensionOrder=\"{}\" cannot be read", file.name(), axes);
   }
   order.channels_fastest = c < z;
-  order.names = omeChannelNames(text, order.channels);
+  order.names = pixels.channelNames(order.channels);
   return order;
+}
+
+// The order that OME-XML says; nothing where the text is none.
+std::optional<PageOrder> omeOrder(const TiffFile& file, std::string_view text) {
+  const std::string_view content = trimmed(text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text);
+  if (!content.starts_with('<') || content.find("OME") == std::string_view::npos) return std::nullopt;
+  pugi::xml_document document;
+  const pugi::xml_parse_result parsed =
+      document.load_buffer(text.data(), text.size(), pugi::parse_default, pugi::encoding_utf8);
+  const bool is_ome = localName(document.document_element()) == "OME";
+  if (!parsed) {
+    failData("{}: ImageDescription: its XML is broken at byte {}: {}", file.name(), parsed.offset,
+             parsed.description());
+  }
+  if (!is_ome) return std::nullopt;
+  const pugi::xml_node pixels =
+      document.find_node([](const pugi::xml_node& node) { return localName(node) == "Pixels"; });
+  if (!pixels) failData("{}: ImageDescription: its OME-XML has no Pixels", file.name());
+  return omeOrder(file, OmePixels(file, pixels));
 }
 
 }  // namespace
 
 PageOrder pageOrder(const TiffFile& file) {
-  const std::string_view text = file.pages().front().description;
+  const std::string_view text = file.description();
   if (text.starts_with("ImageJ=")) return imageJOrder(file, text);
-  if (text.find("<OME") != std::string_view::npos) return omeOrder(file, text);
-  return {};
+  return omeOrder(file, text).value_or(PageOrder{});
 }
 
 }  // namespace blockwalk

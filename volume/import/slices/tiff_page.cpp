@@ -2,6 +2,7 @@
 #include "volume/import/slices/tiff_page.h"
 
 #include <algorithm>
+#include <cstring>
 #include <optional>
 
 #include "volume/error.h"
@@ -32,8 +33,6 @@ class PageReader {
     readColor();
     readSampleType();
     readPieces();
-    char* text = nullptr;
-    if (TIFFGetField(tiff_, TIFFTAG_IMAGEDESCRIPTION, &text) == 1 && text != nullptr) page_.description = text;
     return page_;
   }
 
@@ -172,6 +171,16 @@ class PageReader {
 
 TiffPage readTiffPage(TIFF* tiff, const std::string& file_name, int number) {
   return PageReader(tiff, file_name, number).read();
+}
+
+std::string tiffDescription(TIFF* tiff, const std::string& file_name) {
+  char* text = nullptr;
+  if (TIFFGetField(tiff, TIFFTAG_IMAGEDESCRIPTION, &text) != 1 || text == nullptr) return {};
+  const std::size_t bytes = strnlen(text, kMaxDescriptionBytes + 1);
+  if (bytes > kMaxDescriptionBytes) {
+    failData("{}: ImageDescription: it has more than {} bytes", file_name, kMaxDescriptionBytes);
+  }
+  return std::string(text, bytes);
 }
 
 bool isSecondaryPage(TIFF* tiff) {

@@ -14,6 +14,11 @@ namespace blockwalk {
 // read.
 TiffPage readTiffPage(TIFF* tiff, const std::string& file_name, int number);
 
+// ImageDescription of the current directory; empty where there is none. Throws DataError for one beyond
+// kMaxDescriptionBytes.
+constexpr std::size_t kMaxDescriptionBytes = std::size_t{16} << 20;
+std::string tiffDescription(TIFF* tiff, const std::string& file_name);
+
 // A reduced copy of another page, or a transparency mask.
 bool isSecondaryPage(TIFF* tiff);
 

@@ -7,25 +7,14 @@
 #include "volume/import/convert/channel.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
+#include "volume/import/slices/slice_shape.h"
 #include "volume/import/slices/tiff_file.h"
 #include "volume/import/slices/tiff_hyperstack.h"
 
 namespace blockwalk {
 namespace {
 
-struct PageShape {
-  int width = 0;
-  int height = 0;
-  SampleFormat format;
-  bool operator==(const PageShape&) const = default;
-};
-
-PageShape shapeOf(const TiffPage& page) { return {page.width, page.height, page.format}; }
-
-std::string describe(const PageShape& shape) {
-  return fmt::format("{} x {} pixels of {} x {}", shape.width, shape.height, shape.format.channels,
-                     sampleTypeName(shape.format.type));
-}
+SliceShape shapeOf(const TiffPage& page) { return {page.width, page.height, page.format}; }
 
 // Slices of one file or a file each; a file of slices may hold a page for each channel.
 class TiffStack final : public Source {
@@ -90,13 +79,13 @@ class TiffStack final : public Source {
 
 // What all pages of all files have in common.
 struct Pages {
-  PageShape shape;
+  SliceShape shape;
   PageOrder order;
   std::int64_t count = 0;
 };
 
 Pages commonPages(const std::vector<std::filesystem::path>& slices, std::uint64_t memory_bytes) {
-  std::optional<PageShape> shape;
+  std::optional<SliceShape> shape;
   PageOrder order;
   std::int64_t count = 0;
   for (const auto& slice : slices) {
@@ -109,11 +98,10 @@ Pages commonPages(const std::vector<std::filesystem::path>& slices, std::uint64_
       failData("{}: has {} pages; the slices of a stack of files have one each", file.name(), file.pages().size());
     }
     for (const TiffPage& page : file.pages()) {
-      const PageShape found = shapeOf(page);
+      const SliceShape found = shapeOf(page);
       if (!shape) shape = found;
       if (found != *shape) {
-        failData("{}: page {}: has {}, the first slice has {}", file.name(), page.number, describe(found),
-                 describe(*shape));
+        failData("{}: page {}: has {}, the first slice has {}", file.name(), page.number, found.text(), shape->text());
       }
       ++count;
     }
@@ -126,7 +114,7 @@ Pages commonPages(const std::vector<std::filesystem::path>& slices, std::uint64_
 std::unique_ptr<Source> openTiff(const std::vector<std::filesystem::path>& slices, const std::string& name,
                                  const ImportOptions& options) {
   const Pages pages = commonPages(slices, options.memory_bytes);
-  const PageShape& shape = pages.shape;
+  const SliceShape& shape = pages.shape;
   SourceInfo info{.name = name, .format = "tiff"};
   const auto channels = static_cast<std::int64_t>(pages.order.channels);
   info.dims = checkedDims(shape.width, shape.height, pages.count / channels, name, "size");

@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <sys/resource.h>
+#include <sys/wait.h>
 #include <tiffio.h>
+#include <unistd.h>
 
 #include <functional>
 
@@ -247,6 +250,117 @@ TEST(ImportTiff, RefusesHyperstacksAndMixtures) {
   EXPECT_THAT(refusal({writeTiff(scratch, four)}), HasSubstr("SamplesPerPixel 4"));
   const PageKind real{.bits = 32, .samples = 3, .photometric = PHOTOMETRIC_RGB, .sample_format = SAMPLEFORMAT_IEEEFP};
   EXPECT_THAT(refusal({writeTiff(scratch, real)}), HasSubstr("colour must be u8 or u16"));
+}
+
+TEST(ImportTiff, ReadsOmeAsXmlHasIt) {
+  const Scratch scratch;
+  const auto channelsOf = [&](const char* description) {
+    return openSource({writeTiff(scratch, {.description = description}, 4)}, {})->info().channels;
+  };
+  // Other quotes, other white space, prefixes, comments and earlier elements that have the words too.
+  EXPECT_EQ(channelsOf("<OME><Image><Pixels SizeC='2' SizeZ='2'/></Image></OME>").size(), 2u);
+  EXPECT_EQ(channelsOf("<OME><Pixels\n\tSizeC=\"2\"\n\tSizeZ = \"2\"/></OME>").size(), 2u);
+  EXPECT_EQ(channelsOf("<o:OME xmlns:o=\"x\"><o:Pixels SizeC=\"2\" SizeZ=\"2\"/></o:OME>").size(), 2u);
+  EXPECT_EQ(channelsOf("<OME><!-- SizeC=\"2\" SizeZ=\"2\" --><Pixels SizeC=\"1\" SizeZ=\"4\"/></OME>").size(), 1u);
+  EXPECT_EQ(channelsOf("<OME><Plate SizeC=\"2\"/><Pixels SizeC=\"1\" SizeZ=\"4\"/></OME>").size(), 1u);
+  const auto named = channelsOf(
+      "<OME><Pixels SizeC=\"2\" SizeZ=\"2\"><Channel\nName='&#65;\xc3\xa9'/><Channel ID=\"1\" "
+      "Name=\"B\"/></Pixels></OME>");
+  ASSERT_EQ(named.size(), 2u);
+  EXPECT_EQ(named[0].name, "A\xc3\xa9");
+  EXPECT_EQ(channelsOf("a note of <OME> and SizeC=\"2\"").size(), 1u);
+  const auto refused = [&](const char* description) {
+    return refusal({writeTiff(scratch, {.description = description}, 4)});
+  };
+  EXPECT_THAT(refused("<OME><Pixels SizeC=\"2\""), HasSubstr("its XML is broken at byte"));
+  EXPECT_THAT(refused("<OME><Image/></OME>"), HasSubstr("has no Pixels"));
+  EXPECT_THAT(refused("<OME><Pixels SizeC=\"two\"/></OME>"), HasSubstr("SizeC=\"two\" is no whole number"));
+  EXPECT_THAT(refused("<OME><Pixels SizeC=\"-2\" SizeZ=\"-2\"/></OME>"), HasSubstr("SizeC=\"-2\""));
+}
+
+// Every page's directory names the same text of 1 MiB, which must be kept once.
+TEST(ImportTiff, KeepsOneDescriptionOfAll) {
+  const Scratch scratch;
+  const std::string text(std::size_t{1} << 20, 'x');
+  constexpr int kPages = 600;
+  const auto file = writeTiff(scratch, {.width = 4, .height = 4, .description = "x"}, kPages, "wl");
+  std::ifstream stream(file, std::ios::binary);
+  std::string bytes{std::istreambuf_iterator<char>(stream), {}};
+  const auto end = static_cast<std::uint32_t>(bytes.size());
+  const auto get32 = [&](std::size_t at) {
+    std::uint32_t value = 0;
+    std::memcpy(&value, &bytes[at], 4);
+    return value;
+  };
+  for (std::uint32_t directory = get32(4); directory != 0;) {
+    std::uint16_t count = 0;
+    std::memcpy(&count, &bytes[directory], 2);
+    for (std::size_t at = directory + 2; at < directory + 2 + 12u * count; at += 12) {
+      std::uint16_t tag = 0;
+      std::memcpy(&tag, &bytes[at], 2);
+      if (tag != TIFFTAG_IMAGEDESCRIPTION) continue;
+      const std::uint32_t length = static_cast<std::uint32_t>(text.size());
+      std::memcpy(&bytes[at + 4], &length, 4);
+      std::memcpy(&bytes[at + 8], &end, 4);
+    }
+    directory = get32(directory + 2 + 12u * count);
+  }
+  const auto shared = scratch.write("shared.tif", bytes + text.substr(1) + std::string(1, '\0'));
+  rlimit before{};
+  getrlimit(RLIMIT_DATA, &before);
+  // 600 texts would be 600 MiB.
+  const rlimit tight{.rlim_cur = std::min<rlim_t>(before.rlim_max, rlim_t{300} << 20), .rlim_max = before.rlim_max};
+  const pid_t child = fork();
+  if (child == 0) {
+    setrlimit(RLIMIT_DATA, &tight);
+    try {
+      _exit(openSource({shared}, {})->info().dims == glm::ivec3(4, 4, kPages) ? 0 : 2);
+    } catch (...) {
+      _exit(1);
+    }
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+}
+
+// A G4 strip whose codes end early or are wrong: an error, or the same picture every time, never what memory held.
+TEST(ImportTiff, BrokenFaxDataGivesNothingOfMemory) {
+  const Scratch scratch;
+  const PageKind kind{.width = 64, .height = 40, .bits = 1, .compression = COMPRESSION_CCITTFAX4, .rows_per_strip = 40};
+  std::string packed(64 / 8 * 40, '\0');
+  for (std::size_t i = 0; i < packed.size(); ++i) packed[i] = static_cast<char>(i * 37 % 251);
+  const auto file = scratch.path("fax.tif");
+  TIFF* tiff = TIFFOpen(file.c_str(), "w");
+  setFields(tiff, kind);
+  TIFFWriteEncodedStrip(tiff, 0, packed.data(), static_cast<tmsize_t>(packed.size()));
+  TIFFClose(tiff);
+  std::ifstream stream(file, std::ios::binary);
+  const std::string whole{std::istreambuf_iterator<char>(stream), {}};
+  ASSERT_EQ(importAll(file).size(), 64u * 40);
+  // What the allocator hands out again holds other bytes each time.
+  const auto outcome = [&](const std::filesystem::path& path, int fill) {
+    for (int i = 0; i < 64; ++i) {
+      const std::vector<unsigned char> used(static_cast<std::size_t>(64 + 16 * i), static_cast<unsigned char>(fill));
+      volatile unsigned char kept = used[0];
+      (void)kept;
+    }
+    try {
+      return importAll(path);
+    } catch (const DataError& error) {
+      return std::string(error.what());
+    }
+  };
+  int errors = 0;
+  for (std::size_t at = 8; at < 300 && at < whole.size(); ++at) {
+    std::string broken = whole;
+    broken[at] = static_cast<char>(~broken[at]);
+    const auto path = scratch.write("broken.tif", broken);
+    const std::string first = outcome(path, 0x55);
+    ASSERT_EQ(first, outcome(path, 0xaa)) << at;
+    errors += first.size() == 64u * 40 ? 0 : 1;
+  }
+  EXPECT_GT(errors, 20);
 }
 
 TEST(ImportTiff, StaysWithinMemory) {
