@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "protocol/volume_json.h"
 
+#include <fmt/format.h>
+
 #include <nlohmann/json.hpp>
+#include <string>
 
 #include "protocol/view_values.h"
 #include "view/resolved_view.h"
@@ -20,6 +23,8 @@ json transformJson(const glm::dmat4& transform) {
   }
   return rows;
 }
+
+std::string colorText(const Color& color) { return fmt::format("{:02x}{:02x}{:02x}", color[0], color[1], color[2]); }
 
 json levelsJson(const VolumeInfo& info) {
   json levels = json::array();
@@ -69,19 +74,44 @@ json channelJson(const ChannelInfo& channel, std::uint64_t voxels) {
   const auto data = [&](float stored) { return channel.dataFromStored(static_cast<double>(stored)); };
   json cuts = json::array();
   for (float cut : channel.bin_cuts) cuts.push_back(data(cut));
-  return {{"name", channel.name},
-          {"value_scale", channel.value_scale},
-          {"value_offset", channel.value_offset},
-          {"empty_threshold", data(channel.empty_threshold)},
-          {"density_range", {data(channel.density_min), data(channel.density_max)}},
-          {"histogram",
-           {{"lo", data(channel.histogram_lo)}, {"hi", data(channel.histogram_hi)}, {"counts", channel.histogram}}},
-          {"bin_cuts", std::move(cuts)},
-          {"nonempty_voxels", channel.nonempty_voxels},
-          {"nonempty_share",
-           voxels == 0 ? 0.0 : static_cast<double>(channel.nonempty_voxels) / static_cast<double>(voxels)},
-          {"nonfinite_voxels", channel.nonfinite_voxels},
-          {"largest_rounding", channel.largest_rounding}};
+  json object = {
+      {"name", channel.name},
+      {"value_scale", channel.value_scale},
+      {"value_offset", channel.value_offset},
+      {"empty_threshold", data(channel.empty_threshold)},
+      {"density_range", {data(channel.density_min), data(channel.density_max)}},
+      {"histogram",
+       {{"lo", data(channel.histogram_lo)}, {"hi", data(channel.histogram_hi)}, {"counts", channel.histogram}}},
+      {"bin_cuts", std::move(cuts)},
+      {"nonempty_voxels", channel.nonempty_voxels},
+      {"nonempty_share",
+       voxels == 0 ? 0.0 : static_cast<double>(channel.nonempty_voxels) / static_cast<double>(voxels)},
+      {"nonfinite_voxels", channel.nonfinite_voxels},
+      {"largest_rounding", channel.largest_rounding}};
+  object["values"] = channel.values == ChannelValues::labels ? "labels" : "intensity";
+  if (!channel.unit.empty()) object["unit"] = channel.unit;
+  if (channel.color) object["color"] = colorText(*channel.color);
+  if (channel.window) object["window"] = *channel.window;
+  for (const LabelInfo& label : channel.labels) {
+    json entry = {{"value", label.value}, {"name", label.name}};
+    if (label.color) entry["color"] = colorText(*label.color);
+    object["labels"].push_back(std::move(entry));
+  }
+  return object;
+}
+
+// What is known of where the volume comes from and what its world is.
+json metadataJson(const Metadata& metadata) {
+  json object = json::object();
+  const auto add = [&](const std::string& key, const std::string& value) {
+    if (!value.empty()) object[key] = value;
+  };
+  add("source", metadata.source_name);
+  add("source_kind", metadata.source_kind);
+  add("length_unit", metadata.length_unit);
+  add("space", metadata.space);
+  for (const auto& [key, value] : metadata.others) add(key, value);
+  return object;
 }
 
 }  // namespace
@@ -108,6 +138,7 @@ json volumeJson(const VolumeInfo& info, std::uint64_t file_bytes) {
                  {"dense_bytes", voxelCount(info) * voxelBytes(info.type) * info.channels.size()},
                  {"file_bytes", file_bytes},
                  {"source", info.metadata.source_name},
+                 {"metadata", metadataJson(info.metadata)},
                  {"default_view", defaultViewJson(info)},
                  {"channels", std::move(channels)}});
   return object;

@@ -19,6 +19,7 @@ struct SourceChannel {
   std::string name;  // for people, at most 64 bytes; empty where the source has none, and where there is one channel
   double value_scale = 1;
   double value_offset = 0;
+  std::string unit = {};  // of data values, where the source says it
 };
 
 struct SourceInfo {
@@ -27,6 +28,8 @@ struct SourceInfo {
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   glm::dmat4 world_from_index{1.0};
+  std::string length_unit = {};  // of world space; empty where the source does not say it
+  std::string space = {};        // what its axes are
   std::vector<SourceChannel> channels = std::vector<SourceChannel>(1);  // 1..kMaxChannels, all of `type`
   bool random_access = false;                                           // rows may be asked for in any order
 };

@@ -53,6 +53,30 @@ TEST(VolumeJson, SpeaksInDataUnitsAndWorldSpace) {
   EXPECT_EQ(object["nonempty_share"], 1e-4);
 }
 
+TEST(VolumeJson, TellsTheMetadataThatAreKnown) {
+  VolumeInfo info = sampleInfo();
+  EXPECT_EQ(volumeJson(info, 1)["metadata"], nlohmann::json::parse(R"({"source": "sample.raw"})"));
+  EXPECT_EQ(volumeJson(info, 1)["values"], "intensity");
+  EXPECT_FALSE(volumeJson(info, 1).contains("unit"));
+  info.metadata.length_unit = "mm";
+  info.metadata.others = {{"scanner", "one"}};
+  info.channels[0].values = ChannelValues::labels;
+  info.channels[0].unit = "HU";
+  info.channels[0].color = Color{255, 0, 1};
+  info.channels[0].window = {-1, 2};
+  info.channels[0].labels = {{.value = 3, .name = "lung", .color = Color{1, 2, 3}}, {.value = 4, .name = "rib"}};
+  const nlohmann::json object = volumeJson(info, 1);
+  EXPECT_EQ(object["metadata"],
+            nlohmann::json::parse(R"({"source": "sample.raw", "length_unit": "mm", "scanner": "one"})"));
+  const nlohmann::json& channel = object["channels"][0];
+  EXPECT_EQ(channel["values"], "labels");
+  EXPECT_EQ(channel["unit"], "HU");
+  EXPECT_EQ(channel["color"], "ff0001");
+  EXPECT_EQ(channel["window"], nlohmann::json({-1.0, 2.0}));
+  EXPECT_EQ(channel["labels"], nlohmann::json::parse(R"([{"value": 3.0, "name": "lung", "color": "010203"},
+                                                         {"value": 4.0, "name": "rib"}])"));
+}
+
 TEST(VolumeJson, NamesEveryChannel) {
   VolumeInfo info = sampleInfo();
   const nlohmann::json single = volumeJson(info, 1);

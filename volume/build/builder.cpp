@@ -117,11 +117,14 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
   info.channels.resize(source.channels.size());
   for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
     info.channels[channel].name = plainText(source.channels[channel].name);
+    info.channels[channel].unit = plainText(source.channels[channel].unit);
     info.channels[channel].value_scale = source.channels[channel].value_scale;
     info.channels[channel].value_offset = source.channels[channel].value_offset;
   }
   info.metadata.source_name = plainText(source.name);
   info.metadata.source_kind = source.format;
+  info.metadata.length_unit = plainText(source.length_unit);
+  info.metadata.space = plainText(source.space);
   return info;
 }
 

@@ -68,6 +68,10 @@ class SampleArray final : public Source {
 std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options,
                                         std::unique_ptr<ByteReader> bytes) {
   SourceInfo info = std::move(array.info);
+  const auto describe = [&](const ChannelConverter& converter) {
+    converter.describe(info, options);
+    for (SourceChannel& channel : info.channels) channel.unit = array.unit;
+  };
   if (array.order == ArrayOrder::planes && array.format.channels > 1) {
     if (!bytes->randomAccess()) {
       failData(
@@ -78,11 +82,11 @@ std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptio
     one.channels = 1;
     auto converter =
         ChannelConverter::ofPlanes(one, static_cast<std::size_t>(array.format.channels), options, info.name);
-    converter.describe(info, options);
+    describe(converter);
     return std::make_unique<SampleArray>(std::move(info), std::move(converter), ArrayOrder::planes, std::move(bytes));
   }
   ChannelConverter converter(array.format, array.is_color, options, info.name);
-  converter.describe(info, options);
+  describe(converter);
   return std::make_unique<SampleArray>(std::move(info), std::move(converter), ArrayOrder::voxels, std::move(bytes));
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <string>
 
 #include "volume/import/byte_reader.h"
 #include "volume/import/convert/sample.h"
@@ -20,6 +21,7 @@ struct SampleArrayInfo {
   SampleFormat format;
   bool is_color = true;  // what several samples a voxel are where the options leave it open
   ArrayOrder order = ArrayOrder::voxels;
+  std::string unit = {};  // of data values
 };
 
 // Throws DataError for planes in compressed data, which would have to be unpacked once a row.

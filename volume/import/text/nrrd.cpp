@@ -82,10 +82,15 @@ std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const Im
   const NrrdHeader header = readNrrdHeader(*file);
   SourceInfo info{.name = file->name(), .format = "nrrd", .dims = header.dims};
   info.world_from_index = worldFromIndex(header.geometry, options.spacing, file->name(), "space directions");
+  info.space = header.space;
+  info.length_unit = header.length_unit;
   auto bytes = openData(header, file, options.memory_bytes);
-  return makeSampleArray(
-      {.info = std::move(info), .format = header.format, .is_color = header.is_color, .order = header.order}, options,
-      std::move(bytes));
+  return makeSampleArray({.info = std::move(info),
+                          .format = header.format,
+                          .is_color = header.is_color,
+                          .order = header.order,
+                          .unit = header.sample_unit},
+                         options, std::move(bytes));
 }
 
 }  // namespace blockwalk

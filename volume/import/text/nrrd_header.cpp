@@ -18,11 +18,17 @@ namespace {
 
 using Fields = std::map<std::string, std::string>;
 
+std::string unquoted(std::string_view text) {
+  const bool quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
+  return std::string(quoted ? text.substr(1, text.size() - 2) : text);
+}
+
 // One spelling for fields that have two.
 std::string canonicalField(std::string name) {
   if (name == "datafile") return "data file";
   if (name == "lineskip") return "line skip";
   if (name == "byteskip") return "byte skip";
+  if (name == "sampleunits") return "sample units";
   return name;
 }
 
@@ -56,6 +62,7 @@ class NrrdReader {
     readType();
     readSizes();
     readGeometry();
+    readUnits();
     return header_;
   }
 
@@ -79,6 +86,7 @@ class NrrdReader {
   void readType();
   void readSizes();
   void readGeometry();
+  void readUnits();
   std::string kindOf(std::size_t axis) const;
   bool firstAxisIsColor(const std::vector<std::int64_t>& sizes) const;
   bool isChannels(const std::vector<std::int64_t>& sizes, std::size_t axis) const;
@@ -320,6 +328,29 @@ void NrrdReader::readGeometry() {
     if (points.size() != 1) failData("{}: space origin: '{}' is not one point", file_.name(), *origin);
     geometry.first_center = points[0];
   }
+}
+
+// What is for people only: a text that is too long to be a name is left out.
+void NrrdReader::readUnits() {
+  constexpr std::size_t kMost = 64;
+  const auto text = [&](const char* name) {
+    const std::string* value = find(name);
+    return value == nullptr || value->size() > kMost ? std::string() : *value;
+  };
+  header_.space = text("space");
+  header_.sample_unit = unquoted(text("sample units"));
+  // One a world axis; or one a file axis, where those of samples have "" or ???.
+  const std::string units = text(find("space units") != nullptr ? "space units" : "units");
+  std::string unit;
+  for (std::string_view rest = trimmed(units); !rest.empty(); rest = trimmed(rest)) {
+    const std::size_t end = rest.starts_with('"') ? rest.find('"', 1) : rest.find(' ');
+    const std::string own = unquoted(rest.substr(0, end == std::string_view::npos || rest[0] != '"' ? end : end + 1));
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+    if (own.empty() || own == "???") continue;
+    if (!unit.empty() && own != unit) return;
+    unit = own;
+  }
+  header_.length_unit = unit;
 }
 
 }  // namespace

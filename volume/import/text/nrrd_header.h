@@ -20,6 +20,9 @@ struct NrrdHeader {
   ArrayOrder order = ArrayOrder::voxels;  // planes: the samples' axis is the last one
   glm::ivec3 dims{0};
   Geometry geometry;
+  std::string space;        // the field's text; empty where it is missing
+  std::string length_unit;  // where all axes of space have the same
+  std::string sample_unit;
   NrrdEncoding encoding = NrrdEncoding::raw;
   std::string data_file;         // empty: the data follows the header
   std::uint64_t data_begin = 0;  // attached: offset behind the header

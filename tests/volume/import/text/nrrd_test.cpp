@@ -55,6 +55,24 @@ TEST(ImportNrrd, ReadsRawAndGzipInBothByteOrders) {
               HasSubstr("endian"));
 }
 
+TEST(ImportNrrd, TellsSpaceAndUnits) {
+  const Scratch scratch;
+  const auto infoOf = [&](const std::string& fields) {
+    return openSource({scratch.write("a.nrrd", nrrdHeader("uchar", "2 1 1", "encoding: raw\n" + fields) + "ab")}, {})
+        ->info();
+  };
+  const SourceInfo known =
+      infoOf("space: left-posterior-superior\nspace units: \"mm\" \"mm\" \"mm\"\nsample units: \"HU\"\n");
+  EXPECT_EQ(known.space, "left-posterior-superior");
+  EXPECT_EQ(known.length_unit, "mm");
+  EXPECT_EQ(known.channels[0].unit, "HU");
+  EXPECT_EQ(infoOf("units: \"um\" \"um\" \"um\"\n").length_unit, "um");
+  EXPECT_EQ(infoOf("units: \"\" um ???\n").length_unit, "um");
+  EXPECT_EQ(infoOf("space units: \"mm\" \"mm\" \"s\"\n").length_unit, "");
+  EXPECT_EQ(infoOf("space units: \"mm\n").length_unit, "\"mm");
+  EXPECT_EQ(infoOf("space: " + std::string(2000, 'x') + "\n").space, "");
+}
+
 TEST(ImportNrrd, TakesTheOriginAsTheFirstSamplesCentre) {
   const Scratch scratch;
   const std::string geometry =
