@@ -3,6 +3,7 @@
 
 #include <chrono>
 #include <memory>
+#include <optional>
 #include <system_error>
 
 #include "clients/cli/build_flags.h"
@@ -64,27 +65,23 @@ struct ImportCommand {
     }
     const auto begun = std::chrono::steady_clock::now();
     BuildReport report;
+    std::optional<std::uint64_t> verified;
     {
       Progress progress;
       build_options.progress = [&](std::string_view step, std::uint64_t done, std::uint64_t total) {
         progress.show(step, done, total);
       };
+      if (verify) {
+        // Before the file gets its name: what differs from its source must not take the place of what was there.
+        build_options.accept = [&](const std::filesystem::path& complete) {
+          verified = verifyVolume(*openSource(paths, import_options), complete, build_options.progress);
+        };
+      }
       report = buildVolume(*openSource(paths, import_options), build.output, build_options);
     }
     printBuildReport(report, build.output,
                      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
-    if (verify) verifyOutput(paths, import_options);
-  }
-
-  void verifyOutput(const std::vector<std::filesystem::path>& paths, const ImportOptions& options) const {
-    std::uint64_t voxels = 0;
-    {
-      Progress progress;
-      voxels = verifyVolume(
-          *openSource(paths, options), build.output,
-          [&](std::string_view step, std::uint64_t done, std::uint64_t total) { progress.show(step, done, total); });
-    }
-    fmt::print("  verified           {} voxels\n", voxels);
+    if (verified) fmt::print("  verified           {} voxels\n", *verified);
   }
 };
 

@@ -2,16 +2,25 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <csignal>
 #include <cstdio>
 #include <exception>
 #include <iostream>
+#include <string>
 #include <string_view>
+#include <utility>
 
 #include "clients/cli/commands.h"
 #include "clients/cli/usage_error.h"
 #include "view/view.h"
 
 namespace {
+
+// Also where nobody reads standard error any more.
+template <typename... Args>
+void complain(fmt::format_string<Args...> format, Args&&... args) {
+  std::fputs(("blockwalk: " + fmt::format(format, std::forward<Args>(args)...) + "\n").c_str(), stderr);
+}
 
 int run(int argc, char** argv) {
   CLI::App app{"Blockwalk: sparse volumes, imported, inspected and rendered.", "blockwalk"};
@@ -30,16 +39,16 @@ int run(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : blockwalk::kWrongUsage;
   } catch (const blockwalk::UsageError& error) {
-    fmt::print(stderr, "blockwalk: {}\n", error.what());
+    complain("{}", error.what());
     return blockwalk::kWrongUsage;
   } catch (const blockwalk::ViewError& error) {
     // The protocol's parsers put the field in front themselves; as a flag it has dashes.
     const std::string_view text = error.what();
     const bool named = text.starts_with(error.field + ":");
-    fmt::print(stderr, "blockwalk: --{}{}{}\n", named ? "" : error.field, named ? "" : ": ", text);
+    complain("--{}{}{}", named ? "" : error.field, named ? "" : ": ", text);
     return blockwalk::kWrongUsage;
   } catch (const std::exception& error) {
-    fmt::print(stderr, "blockwalk: {}\n", error.what());
+    complain("{}", error.what());
     return blockwalk::kWorkFailed;
   }
 }
@@ -47,10 +56,12 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  // Who reads our output may go before we are done: that is an error of a write, and what was begun is cleaned up.
+  std::signal(SIGPIPE, SIG_IGN);
   const int code = run(argc, argv);
   // What was printed is done when it is out: a full disk shows here.
   const bool is_out = std::fflush(stdout) == 0 && std::ferror(stdout) == 0 && std::cout.flush().good();
   if (is_out) return code;
-  fmt::print(stderr, "blockwalk: standard output cannot be written\n");
+  complain("standard output cannot be written");
   return code == 0 ? blockwalk::kWorkFailed : code;
 }

@@ -65,6 +65,20 @@ TEST(RoundTrip, ChannelsKeepTheirNamesAndThresholds) {
   EXPECT_EQ(place.run(raw + "--channels 2 --empty 1,2,3").exit_code, 1);
 }
 
+TEST(RoundTrip, WhoStopsReadingTheOutputLeavesNoPartialFile) {
+  const Workplace place;
+  place.write("ball.raw", ballVoxels<std::uint16_t>(100, 0));
+  // Both outputs go to a reader that is gone before a byte comes.
+  const std::string blockwalk = "'" BLOCKWALK_BINARY_DIR "/blockwalk' ";
+  place.run("--version; { sleep 0.2; " + blockwalk +
+            "import ball.raw -o b.bwv --dims 20x16x12 --type u16; } 2>&1 | (exec 0<&-)");
+  const Outcome listed = place.run("--version >/dev/null; ls -A");
+  EXPECT_EQ(listed.out.find("partial"), std::string::npos) << listed.out;
+  EXPECT_THAT(listed.out, HasSubstr("b.bwv"));
+  const Outcome broken = place.run("import ball.raw -o b.bwv --dims 20x16x12 --type u16 >/dev/full");
+  EXPECT_EQ(broken.exit_code, 1);
+}
+
 TEST(RoundTrip, DemosBecomeVolumesOfTheirType) {
   const Workplace place;
   const std::pair<const char*, const char*> demos[] = {{"fossil", "rgba8"}, {"rock", "rgba8"}, {"chip", "rgba8"},

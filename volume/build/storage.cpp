@@ -3,6 +3,7 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -18,6 +19,8 @@
 
 namespace blockwalk {
 namespace {
+
+constexpr std::size_t kPartialDigits = 8;
 
 [[noreturn]] void failSystem(const std::filesystem::path& path, const char* action) {
   throw std::system_error(errno, std::generic_category(), fmt::format("{}: {}", path.string(), action));
@@ -45,6 +48,26 @@ int openUnnamed(const std::filesystem::path& folder) {
   if (named < 0) failSystem(folder, "no temporary file can be made here");
   ::unlink(name.c_str());
   return named;
+}
+
+std::string partialPrefix(const std::filesystem::path& path) {
+  return fmt::format(".{}.partial-", path.filename().string());
+}
+
+// Removes the partial files of `path` that nobody holds a lock on.
+void removeLeftovers(const std::filesystem::path& path) {
+  const std::string prefix = partialPrefix(path);
+  std::error_code ignored;
+  for (const auto& entry : std::filesystem::directory_iterator(folderOf(path), ignored)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_partial = name.starts_with(prefix) && name.size() == prefix.size() + kPartialDigits &&
+                            name.find_first_not_of("0123456789abcdef", prefix.size()) == std::string::npos;
+    if (!is_partial) continue;
+    const int descriptor = ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
+    if (descriptor < 0) continue;
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(entry.path().c_str());
+    ::close(descriptor);
+  }
 }
 
 }  // namespace
@@ -106,14 +129,16 @@ void TempBytes::clear() {
 }
 
 OutputFile::OutputFile(std::filesystem::path path, std::uint64_t bytes) : path_(std::move(path)) {
+  removeLeftovers(path_);
   std::random_device random;
   // Not mkstemp: its mode 0600 would stay with the finished file.
   for (int attempt = 0; attempt < 100 && descriptor_ < 0; ++attempt) {
-    partial_ = folderOf(path_) / fmt::format(".{}.partial-{:08x}", path_.filename().string(), random());
+    partial_ = folderOf(path_) / fmt::format("{}{:08x}", partialPrefix(path_), random());
     descriptor_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (descriptor_ < 0 && errno != EEXIST) break;
   }
   if (descriptor_ < 0) failSystem(partial_, "cannot be created");
+  ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where a file system has no locks, leftovers stay
   if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) {
     const int error = errno;
     ::close(descriptor_);

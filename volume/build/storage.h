@@ -38,7 +38,8 @@ class TempBytes {
 };
 
 // A file that appears under `path` whole or not at all: written as .NAME.partial-XXXXXXXX in the same folder, synced
-// and renamed by commit(), removed by the destructor otherwise.
+// and renamed by commit(), removed by the destructor otherwise. Who is killed leaves the partial file; the next to
+// write `path` removes it. Whose partial file is still being written is told by a lock on it.
 class OutputFile {
  public:
   OutputFile(std::filesystem::path path, std::uint64_t bytes);

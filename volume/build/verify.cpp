@@ -3,18 +3,20 @@
 #include <array>
 #include <bit>
 #include <cstring>
-#include <optional>
+#include <unordered_map>
 #include <vector>
 
 #include "volume/build/builder.h"
 #include "volume/build/strips.h"
 #include "volume/error.h"
 #include "volume/file/file.h"
+#include "volume/file/layout.h"
 
 namespace blockwalk {
 namespace {
 
 constexpr std::uint64_t kSlabBytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kKeptBytes = std::uint64_t{256} << 20;
 
 // Stored subblocks before local index `local`.
 int rankOf(const Block& block, int local) {
@@ -27,12 +29,11 @@ int rankOf(const Block& block, int local) {
   return rank;
 }
 
-bool isStored(const Block& block, int local) {
-  return (block.occupancy[static_cast<std::size_t>(local / 64)] >> (local % 64) & 1) != 0;
-}
+bool isStored(const Block& block, int local) { return contains(block.occupancy, local); }
 
-// Compares strips with level 0 of a file. Holds one layer of subblocks of one row of blocks, which serves block_side
-// strips, so that a block is read block_side times in all.
+// Compares strips with level 0 of a file. The strips go over a slab of blocks block_side times, layer by layer: blocks
+// that were read stay in memory, as many as kKeptBytes hold. Where a slab is larger than that, each is read again for
+// each layer.
 class StripComparer {
  public:
   explicit StripComparer(const VolumeFile& file)
@@ -46,7 +47,7 @@ class StripComparer {
       file.readLevel(0, static_cast<int>(channel));
     }
     for (const Block& block : level_.blocks) codes_.push_back(mortonCode(glm::uvec3(block.origin)));
-    layers_.resize(static_cast<std::size_t>((info_.dims.x + info_.blockVoxels() - 1) / info_.blockVoxels()));
+    columns_.resize(static_cast<std::size_t>((info_.dims.x + info_.blockVoxels() - 1) / info_.blockVoxels()));
   }
 
   void compare(const Strip& strip, int y, int z) {
@@ -57,43 +58,64 @@ class StripComparer {
   }
 
  private:
-  struct Layer {
-    const Block* block = nullptr;
-    int first_rank = 0;
+  struct KeptBlock {
     std::array<std::vector<std::byte>, kMaxChannels> voxels;  // by channel
+  };
+  // One of the row of blocks that a layer goes through.
+  struct Column {
+    const Block* block = nullptr;
+    const KeptBlock* kept = nullptr;
   };
 
   void loadLayer(int block_y, int z) {
     layer_z_ = z;
     layer_block_y_ = block_y;
-    const int side = info_.block_side;
-    for (std::size_t x = 0; x < layers_.size(); ++x) {
-      Layer& layer = layers_[x];
+    for (std::size_t x = 0; x < columns_.size(); ++x) {
+      Column& column = columns_[x];
       const glm::uvec3 origin(static_cast<unsigned>(x), static_cast<unsigned>(block_y),
-                              static_cast<unsigned>(z / side));
+                              static_cast<unsigned>(z / info_.block_side));
       const auto found = std::ranges::lower_bound(codes_, mortonCode(origin));
       const bool there = found != codes_.end() && *found == mortonCode(origin);
-      layer.block = there ? &level_.blocks[static_cast<std::size_t>(found - codes_.begin())] : nullptr;
+      column = {};
       if (!there) continue;
-      layer.first_rank = rankOf(*layer.block, z % side * side * side);
-      const int count = rankOf(*layer.block, (z % side + 1) * side * side) - layer.first_rank;
-      for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-        layer.voxels[channel].resize(static_cast<std::size_t>(count) * subblock_bytes_);
-        file_.readVoxels(0, static_cast<int>(channel),
-                         layer.block->first_subblock + static_cast<std::uint64_t>(layer.first_rank),
-                         static_cast<std::uint64_t>(count), layer.voxels[channel]);
+      const auto index = static_cast<std::size_t>(found - codes_.begin());
+      column.block = &level_.blocks[index];
+      column.kept = &keptBlock(index);
+    }
+  }
+
+  // Those of the current row of blocks stay.
+  const KeptBlock& keptBlock(std::size_t index) {
+    const auto known = kept_.find(index);
+    if (known != kept_.end()) return known->second;
+    const Block& block = level_.blocks[index];
+    if (kept_bytes_ > kKeptBytes) {
+      // The slab does not fit: the row of blocks before, and those of slabs before, are not needed soon.
+      std::erase_if(kept_, [&](const auto& entry) {
+        return std::ranges::none_of(columns_, [&](const Column& column) { return column.kept == &entry.second; });
+      });
+      kept_bytes_ = 0;
+      for (const auto& [number, entry] : kept_) {
+        for (const std::vector<std::byte>& voxels : entry.voxels) kept_bytes_ += voxels.size();
       }
     }
+    KeptBlock& kept = kept_[index];
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      kept.voxels[channel].resize(block.subblock_count * subblock_bytes_);
+      file_.readVoxels(0, static_cast<int>(channel), block.first_subblock, block.subblock_count, kept.voxels[channel]);
+      kept_bytes_ += kept.voxels[channel].size();
+    }
+    return kept;
   }
 
   // The stored voxels of a subblock in one channel, nullptr where it is not stored.
   const std::byte* storedVoxels(glm::ivec3 subblock, std::size_t channel) const {
     const int side = info_.block_side;
-    const Layer& layer = layers_[static_cast<std::size_t>(subblock.x / side)];
+    const Column& column = columns_[static_cast<std::size_t>(subblock.x / side)];
     const int local = subblock.x % side + side * (subblock.y % side + side * (subblock.z % side));
-    if (layer.block == nullptr || !isStored(*layer.block, local)) return nullptr;
-    const int rank = rankOf(*layer.block, local) - layer.first_rank;
-    return layer.voxels[channel].data() + static_cast<std::size_t>(rank) * subblock_bytes_;
+    if (column.block == nullptr || !isStored(*column.block, local)) return nullptr;
+    const auto rank = static_cast<std::size_t>(rankOf(*column.block, local));
+    return column.kept->voxels[channel].data() + rank * subblock_bytes_;
   }
 
   void compareSubblock(const Strip& strip, std::size_t channel, glm::ivec3 subblock) const {
@@ -148,7 +170,9 @@ class StripComparer {
   std::vector<std::uint64_t> codes_;
   std::size_t voxel_bytes_;
   std::size_t subblock_bytes_;
-  std::vector<Layer> layers_;  // by x
+  std::vector<Column> columns_;                      // by x
+  std::unordered_map<std::size_t, KeptBlock> kept_;  // by block
+  std::uint64_t kept_bytes_ = 0;
   int layer_z_ = -1;
   int layer_block_y_ = -1;
 };

@@ -5,7 +5,9 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <iterator>
 #include <random>
+#include <stdexcept>
 
 #include "tests/volume/file/file_contents.h"
 #include "tests/volume/memory_source.h"
@@ -57,6 +59,51 @@ TEST(BuilderKill, LeavesNoHalfFile) {
     }
   }
   EXPECT_GT(killed, 0);
+}
+
+std::size_t filesIn(const ScratchFolder& folder) {
+  return static_cast<std::size_t>(std::distance(std::filesystem::directory_iterator(folder.path), {}));
+}
+
+TEST(BuilderKill, TheNextBuildRemovesWhatAKilledOneLeft) {
+  const ScratchFolder folder;
+  writeBytes(folder / ".volume.bwv.partial-0123abcd", "of one that was killed");
+  writeBytes(folder / ".other.bwv.partial-0123abcd", "another's");
+  writeBytes(folder / ".volume.bwv.partial-notahexa", "a user's");
+  MemorySource source = randomSource(VoxelType::u8, {20, 20, 20}, 8);
+  buildVolume(source, folder / "volume.bwv", {});
+  EXPECT_FALSE(std::filesystem::exists(folder / ".volume.bwv.partial-0123abcd"));
+  EXPECT_TRUE(std::filesystem::exists(folder / ".other.bwv.partial-0123abcd"));
+  EXPECT_TRUE(std::filesystem::exists(folder / ".volume.bwv.partial-notahexa"));
+  EXPECT_EQ(filesIn(folder), 3u);
+}
+
+TEST(BuilderKill, ABuildThatStillRunsKeepsItsPartialFile) {
+  const ScratchFolder folder;
+  MemorySource source = randomSource(VoxelType::u8, {20, 20, 20}, 8);
+  bool both = false;
+  BuildOptions options;
+  options.accept = [&](const std::filesystem::path& complete) {
+    buildVolume(source, folder / "volume.bwv", {});
+    both = std::filesystem::exists(complete);
+  };
+  buildVolume(source, folder / "volume.bwv", options);
+  EXPECT_TRUE(both);
+  EXPECT_EQ(filesIn(folder), 1u);
+}
+
+TEST(BuilderKill, AFileThatIsNotAcceptedGetsNoName) {
+  const ScratchFolder folder;
+  MemorySource source = randomSource(VoxelType::u8, {20, 20, 20}, 8);
+  writeBytes(folder / "volume.bwv", "what was there");
+  BuildOptions options;
+  options.accept = [&](const std::filesystem::path& complete) {
+    EXPECT_NO_THROW(readContents(complete));
+    throw std::runtime_error("not this one");
+  };
+  EXPECT_THROW(buildVolume(source, folder / "volume.bwv", options), std::runtime_error);
+  EXPECT_EQ(readBytes(folder / "volume.bwv"), "what was there");
+  EXPECT_EQ(filesIn(folder), 1u);
 }
 
 }  // namespace
