@@ -170,6 +170,17 @@ void checkOutput(const ResolvedView& view) {
   }
 }
 
+// Between two labels lies none: a value between 2 and 10 would be the name of something else.
+void checkFilter(const ResolvedView& view, const VolumeInfo& info) {
+  if (view.filter != Filter::linear) return;
+  for (const int number : view.drawn) {
+    if (info.channels[static_cast<std::size_t>(number)].values != ChannelValues::labels) continue;
+    throw ViewError("filter", fmt::format("linear: channel {} holds labels, which have no values between them; use "
+                                          "nearest",
+                                          number));
+  }
+}
+
 // Which channels are drawn; in the volume's order, so that a view does not depend on how they are listed.
 std::vector<int> resolveDrawn(const View& view, const VolumeInfo& info) {
   const auto count = static_cast<int>(info.channels.size());
@@ -238,6 +249,7 @@ ResolvedView resolveView(const View& view, const VolumeInfo& info) {
   resolved.iso = view.iso.value_or(0.5 * (range.lo + range.hi));
   if (!std::isfinite(resolved.iso)) throw ViewError("iso", "is not finite");
   checkClip(view);
+  checkFilter(resolved, info);
   checkOutput(resolved);
   const auto levels = static_cast<int>(info.levels.size());
   if (resolved.level != kAutoLevel && (resolved.level < 0 || resolved.level >= levels)) {

@@ -25,6 +25,7 @@ struct ImportCommand {
   std::string skip = "0";
   std::string channels = "auto";
   std::vector<std::string> channel_names;
+  std::string values = "auto";
   bool planar = false;
   bool big_endian = false;
   bool verify = false;
@@ -56,6 +57,9 @@ struct ImportCommand {
   void run() const {
     const ImportOptions import_options = importOptions();
     BuildOptions build_options = build.options(build.memoryBytes() - import_options.memory_bytes);
+    build_options.values = values == "labels"      ? ValuesRule::labels
+                           : values == "intensity" ? ValuesRule::intensity
+                                                   : ValuesRule::guess;
     const std::vector<std::filesystem::path> paths(sources.begin(), sources.end());
     for (const auto& path : paths) {
       std::error_code absent;
@@ -81,7 +85,18 @@ struct ImportCommand {
     }
     printBuildReport(report, build.output,
                      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
+    printValues(report.info);
     if (verified) fmt::print("  verified           {} voxels\n", *verified);
+  }
+
+  // Says what was guessed, and what that means, where it matters.
+  void printValues(const VolumeInfo& info) const {
+    for (std::size_t i = 0; i < info.channels.size(); ++i) {
+      if (info.channels[i].values != ChannelValues::labels) continue;
+      const std::string name = info.channels.size() > 1 ? fmt::format("channel {}: ", i) : "";
+      fmt::print("  values             {}labels{}: coarser levels keep the most frequent, nothing lies between two\n",
+                 name, values == "auto" ? " (a guess; --values intensity says otherwise)" : "");
+    }
   }
 };
 
@@ -111,6 +126,10 @@ void addImportCommand(CLI::App& app) {
   command->add_option("--channel-names", import->channel_names, "names of the channels, in order")
       ->delimiter(',')
       ->type_name("NAME,NAME...");
+  command
+      ->add_option("--values", import->values,
+                   "what the values are: intensity, or labels, which have no mean (auto: guessed, and told)")
+      ->check(CLI::IsMember({"auto", "intensity", "labels"}));
   command->add_flag("--planar", import->planar, "raw: channel after channel instead of voxel after voxel");
   command->add_flag("--verify", import->verify, "read everything back and compare every voxel");
   import->build.add(*command);

@@ -48,6 +48,10 @@ std::string histogramLine(const json& counts) {
 // What a channel holds.
 void printValues(const json& channel) {
   const json& histogram = channel.at("histogram");
+  const std::string values = textOf(channel, "values");
+  const std::string unit = textOf(channel, "unit");
+  if (values == "labels") fmt::print("values            labels\n");
+  if (!unit.empty()) fmt::print("unit              {}\n", unit);
   fmt::print("density           {} (empty up to {})\n", joined<double>(channel.at("density_range"), " .. "),
              channel.at("empty_threshold").get<double>());
   fmt::print("non-empty         {} voxels ({:.2f} %)\n", channel.at("nonempty_voxels").get<std::uint64_t>(),
@@ -59,12 +63,27 @@ void printValues(const json& channel) {
              histogramLine(histogram.at("counts")));
 }
 
+// Text that may not be there; nothing of older servers.
+std::string textOf(const json& object, const char* member) {
+  const auto found = object.find(member);
+  return found == object.end() || !found->is_string() ? std::string() : found->get<std::string>();
+}
+
+void printMetadata(const json& volume) {
+  const auto metadata = volume.find("metadata");
+  if (metadata == volume.end()) return;
+  for (const auto& [key, value] : metadata->items()) {
+    if (key != "source") fmt::print("{:<17} {}\n", key, value.get<std::string>());
+  }
+}
+
 void printTable(const json& volume) {
   const auto bytes = [&](const char* member) { return byteText(volume.at(member).get<std::uint64_t>()); };
   const json& channels = volume.at("channels");
   fmt::print("name              {}\n", volume.at("name").get<std::string>());
   fmt::print("size              {} voxels of {}{}\n", joined<int>(volume.at("dims"), " x "),
              channels.size() > 1 ? fmt::format("{} x ", channels.size()) : "", volume.at("type").get<std::string>());
+  printMetadata(volume);
   fmt::print("spacing           {}\n", joined<double>(volume.at("spacing"), " x "));
   fmt::print("world box         {}\n", joined<double>(volume.at("world_box"), " "));
   fmt::print("blocks            {} subblocks of {} voxels a side\n", volume.at("block_side").get<int>(),

@@ -65,6 +65,31 @@ TEST(RoundTrip, ChannelsKeepTheirNamesAndThresholds) {
   EXPECT_EQ(place.run(raw + "--channels 2 --empty 1,2,3").exit_code, 1);
 }
 
+TEST(RoundTrip, LabelsAreGuessedToldAndKept) {
+  const Workplace place;
+  std::string checks;
+  for (int i = 0; i < 96 * 96 * 96; ++i) {
+    checks += (i % 96 / 3 + i / 96 % 96 / 3 + i / 96 / 96 / 3) % 2 == 0 ? '\2' : '\12';
+  }
+  place.write("checks.raw", checks);
+  const std::string import = "import checks.raw -o l.bwv --dims 96x96x96 --type u8 ";
+  const Outcome guessed = place.run(import);
+  ASSERT_EQ(guessed.exit_code, 0) << guessed.error;
+  EXPECT_THAT(guessed.out, HasSubstr("values             labels (a guess; --values intensity says otherwise)"));
+  EXPECT_EQ(infoOf(place, "l.bwv")["values"], "labels");
+  EXPECT_THAT(place.run("info l.bwv").out, HasSubstr("values            labels"));
+  const std::string render = "render l.bwv -o o.png --size 48x36 --mode first-hit --tf ";
+  EXPECT_EQ(place.run(render + "2:ff0000:1,3:00ff00:1,10:0000ff:1").exit_code, 0);
+  const Outcome linear = place.run(render + "2:ff0000:1,10:0000ff:1 --filter linear");
+  EXPECT_EQ(linear.exit_code, 2);
+  EXPECT_THAT(linear.error, HasSubstr("--filter: linear: channel 0 holds labels"));
+  const Outcome said = place.run(import + "--values intensity");
+  ASSERT_EQ(said.exit_code, 0) << said.error;
+  EXPECT_EQ(said.out.find("labels"), std::string::npos);
+  EXPECT_EQ(infoOf(place, "l.bwv")["values"], "intensity");
+  EXPECT_EQ(place.run(import + "--values names").exit_code, 2);
+}
+
 TEST(RoundTrip, WhoStopsReadingTheOutputLeavesNoPartialFile) {
   const Workplace place;
   place.write("ball.raw", ballVoxels<std::uint16_t>(100, 0));

@@ -50,6 +50,23 @@ TEST(ResolvedView, SpelledOutItResolvesToTheSame) {
   }
 }
 
+TEST(ResolvedView, NothingLiesBetweenTwoLabels) {
+  VolumeInfo info = twoChannels();
+  info.channels[1].values = ChannelValues::labels;
+  View view;
+  EXPECT_NO_THROW(resolveView(view, info));
+  view.filter = Filter::linear;
+  try {
+    resolveView(view, info);
+    FAIL() << "labels are interpolated";
+  } catch (const ViewError& error) {
+    EXPECT_EQ(error.field, "filter");
+    EXPECT_STREQ(error.what(), "linear: channel 1 holds labels, which have no values between them; use nearest");
+  }
+  view.drawn = {0};  // the labels are not drawn
+  EXPECT_NO_THROW(resolveView(view, info));
+}
+
 TEST(ResolvedView, RefusesAChannelThatIsNotThere) {
   View view;
   view.channels[2].range = DensityRange{0, 1};

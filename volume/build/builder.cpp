@@ -95,6 +95,9 @@ void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
   for (const double threshold : options.empty_thresholds) {
     if (!std::isfinite(threshold)) failData("empty threshold is {}, must be finite", threshold);
   }
+  if (options.values == ValuesRule::labels && info.type == VoxelType::rgba8) {
+    failData("{}: values: colours (rgba8) are no labels", info.metadata.source_name);
+  }
   if (options.memory_bytes < kLeastMemoryBytes) {
     failData("memory is {} bytes, must be at least {}", options.memory_bytes, kLeastMemoryBytes);
   }
@@ -133,6 +136,13 @@ VolumeInfo describeScanned(VolumeInfo info, const Source& source, const Scan& sc
   for (std::size_t i = 0; i < info.channels.size(); ++i) {
     ChannelInfo& channel = info.channels[i];
     scan.statistics[i].describe(channel, scan.thresholds[i], options.mask_bins);
+    if (options.values == ValuesRule::labels) channel.values = ChannelValues::labels;
+    if (options.values == ValuesRule::guess) {
+      channel.values = scan.guesses[i].guess(scan.statistics[i].distinctAbove(channel.empty_threshold));
+    }
+    if (channel.values == ChannelValues::labels && options.mask_bins == MaskBins::automatic) {
+      scan.statistics[i].describe(channel, scan.thresholds[i], MaskBins::quantile);
+    }
     const ConversionReport conversion = source.conversion(i);
     // A source that converts may have lost the NaN that it counted, and one that does not may not have counted.
     channel.nonfinite_voxels = std::max(channel.nonfinite_voxels, conversion.nonfinite_voxels);

@@ -13,6 +13,8 @@
 
 namespace blockwalk {
 
+// What the values of all channels are; or each channel's are guessed from its voxels.
+enum class ValuesRule { intensity, labels, guess };
 enum class MaskBins { automatic, uniform, quantile };
 
 struct BuildOptions {
@@ -22,7 +24,10 @@ struct BuildOptions {
   // Data units: one for all channels, or one for each. Without one: 0 when no voxel of the channel is negative, else
   // its smallest value.
   std::vector<double> empty_thresholds = {};
-  // automatic: uniform (density domain / 8, Derin et al. 2021, 2.3) for rgba8 and u8, quantiles for u16 and f32.
+  // Labels get coarser levels of the most frequent value, and are never interpolated. rgba8 is intensity.
+  ValuesRule values = ValuesRule::intensity;
+  // automatic: uniform (density domain / 8, Derin et al. 2021, 2.3) for rgba8 and u8, quantiles for u16, f32 and
+  // labels.
   MaskBins mask_bins = MaskBins::automatic;
   // Step name ("read", "build levels", "write"), work done and work in all (rows, then subblocks); called often, from
   // the calling thread.

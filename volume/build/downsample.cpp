@@ -5,12 +5,17 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <span>
 #include <type_traits>
 
 namespace blockwalk {
 
 Downsampler::Downsampler(VoxelType type, int side, const ChannelInfo& channel)
-    : type_(type), side_(side), threshold_(channel.empty_threshold), empty_value_(emptyValue(type, channel)) {}
+    : type_(type),
+      labels_(channel.values == ChannelValues::labels),
+      side_(side),
+      threshold_(channel.empty_threshold),
+      empty_value_(emptyValue(type, channel)) {}
 
 void Downsampler::clear(std::span<std::byte> coarse) const {
   std::array<std::byte, 4> value{};
@@ -19,6 +24,32 @@ void Downsampler::clear(std::span<std::byte> coarse) const {
   if (type_ != VoxelType::f32 && type_ != VoxelType::rgba8) std::memcpy(value.data(), &narrow, sizeof narrow);
   const std::size_t bytes = voxelBytes(type_);
   for (std::size_t i = 0; i < coarse.size(); i += bytes) std::memcpy(coarse.data() + i, value.data(), bytes);
+}
+
+// The most frequent value, where all that is empty is one; of as many of each, what is not empty, then the least.
+template <typename T>
+T Downsampler::majority(const std::byte* const* children, int count) const {
+  std::array<T, 8> values{};
+  for (int i = 0; i < count; ++i) {
+    T value{};
+    std::memcpy(&value, children[i], sizeof value);
+    if (isEmptyDensity(static_cast<float>(value), threshold_)) value = static_cast<T>(empty_value_);
+    values[static_cast<std::size_t>(i)] = value;
+  }
+  const auto all = std::span(values).first(static_cast<std::size_t>(count));
+  T best = values[0];
+  std::ptrdiff_t most = 0;
+  for (const T value : all) {
+    const std::ptrdiff_t own = std::ranges::count(all, value);
+    const bool best_is_empty = isEmptyDensity(static_cast<float>(best), threshold_);
+    const bool is_empty = isEmptyDensity(static_cast<float>(value), threshold_);
+    const bool wins_tie = is_empty == best_is_empty ? value < best : best_is_empty;
+    if (own > most || (own == most && wins_tie)) {
+      best = value;
+      most = own;
+    }
+  }
+  return best;
 }
 
 template <typename T>
@@ -93,14 +124,14 @@ void Downsampler::averageWhole(const std::byte* fine, std::byte* coarse) const {
   }
 }
 
-void Downsampler::average(std::span<const std::byte> fine, glm::ivec3 extent, std::span<std::byte> coarse,
-                          glm::ivec3 octant) const {
+void Downsampler::add(std::span<const std::byte> fine, glm::ivec3 extent, std::span<std::byte> coarse,
+                      glm::ivec3 octant) const {
   const std::size_t bytes = voxelBytes(type_);
   const auto at = [this, bytes](int x, int y, int z) {
     return static_cast<std::size_t>((z * side_ + y) * side_ + x) * bytes;
   };
   const glm::ivec3 base = octant * (side_ / 2);
-  if (extent == glm::ivec3(side_) && type_ != VoxelType::rgba8) {
+  if (extent == glm::ivec3(side_) && type_ != VoxelType::rgba8 && !labels_) {
     std::byte* out = coarse.data() + at(base.x, base.y, base.z);
     if (type_ == VoxelType::u8) return averageWhole<std::uint8_t>(fine.data(), out);
     if (type_ == VoxelType::u16) return averageWhole<std::uint16_t>(fine.data(), out);
@@ -119,15 +150,19 @@ void Downsampler::average(std::span<const std::byte> fine, glm::ivec3 extent, st
         }
         std::byte* out = coarse.data() + at(base.x + x / 2, base.y + y / 2, base.z + z / 2);
         const auto store = [out](auto value) { std::memcpy(out, &value, sizeof value); };
+        const auto scalar = [&](auto kind) {
+          using T = decltype(kind);
+          return labels_ ? majority<T>(children.data(), count) : meanScalar<T>(children.data(), count);
+        };
         switch (type_) {
           case VoxelType::u8:
-            store(meanScalar<std::uint8_t>(children.data(), count));
+            store(scalar(std::uint8_t{}));
             break;
           case VoxelType::u16:
-            store(meanScalar<std::uint16_t>(children.data(), count));
+            store(scalar(std::uint16_t{}));
             break;
           case VoxelType::f32:
-            store(meanScalar<float>(children.data(), count));
+            store(scalar(float{}));
             break;
           case VoxelType::rgba8:
             store(meanColor(children.data(), count));

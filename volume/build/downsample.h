@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One channel of a subblock of a level averaged into an octant of a subblock of the next coarser level.
+// One channel of a subblock of a level made into an octant of a subblock of the next coarser level.
 #pragma once
 
 #include <cstdint>
@@ -17,18 +17,21 @@ class Downsampler {
   // Fills a coarse subblock with what a coarse voxel is while none of its children is stored.
   void clear(std::span<std::byte> coarse) const;
   // `fine` is a subblock with `extent` voxels inside its level; `octant` (0 or 1 an axis) is where it lies in `coarse`.
-  // A coarse voxel is the mean of its children inside the level (docs/format.md, "Coarser levels").
-  void average(std::span<const std::byte> fine, glm::ivec3 extent, std::span<std::byte> coarse,
-               glm::ivec3 octant) const;
+  // A coarse voxel is the mean of its children inside the level, or their most frequent label (docs/format.md, "Coarser
+  // levels").
+  void add(std::span<const std::byte> fine, glm::ivec3 extent, std::span<std::byte> coarse, glm::ivec3 octant) const;
 
  private:
   template <typename T>
   void averageWhole(const std::byte* fine, std::byte* coarse) const;
   template <typename T>
+  T majority(const std::byte* const* children, int count) const;
+  template <typename T>
   T meanScalar(const std::byte* const* children, int count) const;
   std::uint32_t meanColor(const std::byte* const* children, int count) const;
 
   VoxelType type_;
+  bool labels_;
   int side_;
   float threshold_;
   float empty_value_;  // stored units

@@ -93,7 +93,7 @@ void LevelBuilder::push(std::size_t level, glm::ivec3 origin, std::span<const Ca
     }
     appendShell(level, candidate, extent);
     appendContent(level, candidate);
-    if (level + 1 < built_.levels.size()) averageInto(level + 1, position, extent, candidate.voxels);
+    if (level + 1 < built_.levels.size()) coarsenInto(level + 1, position, extent, candidate.voxels);
   }
   const auto count = static_cast<std::uint8_t>(countOf(stored));
   if (count == 0) return;
@@ -128,7 +128,7 @@ void LevelBuilder::appendContent(std::size_t level, const Candidate& candidate) 
   built_.levels[0].slots.append(std::as_bytes(std::span(&slot, 1)));
 }
 
-void LevelBuilder::averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent,
+void LevelBuilder::coarsenInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent,
                                std::span<const std::byte> voxels) {
   const glm::ivec3 coarse = subblock / 2;
   const glm::ivec3 origin = coarse / info_.block_side;
@@ -144,7 +144,7 @@ void LevelBuilder::averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec
   for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
     const std::span<std::byte> part = channelOf(target, channel);
     if (!pending.touched[local]) downsamplers_[channel].clear(part);
-    downsamplers_[channel].average(channelOf(voxels, channel), extent, part, subblock - coarse * 2);
+    downsamplers_[channel].add(channelOf(voxels, channel), extent, part, subblock - coarse * 2);
   }
   pending.touched[local] = true;
 }

@@ -77,7 +77,7 @@ class LevelBuilder {
   void push(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates);
   void appendContent(std::size_t level, const Candidate& candidate);
   void appendShell(std::size_t level, const Candidate& candidate, glm::ivec3 extent);
-  void averageInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent, std::span<const std::byte> voxels);
+  void coarsenInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent, std::span<const std::byte> voxels);
   void finishPending(std::size_t level);
   void finishAprons(std::size_t level);
   glm::ivec3 localPosition(int local) const;

@@ -152,6 +152,7 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
                 const std::filesystem::path& folder) {
   Scan scan{.thresholds = {},
             .statistics = {},
+            .guesses = {},
             .records = RecordSorter(folder, budget.sort_bytes),
             .spill = TempBytes(folder, budget.stream_bytes),
             .constants = TempBytes(folder, budget.stream_bytes)};
@@ -160,6 +161,7 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
     const float zero = static_cast<float>(info.channels[channel].storedFromData(0)) + 0.0f;
     scan.thresholds.push_back(threshold);
     scan.statistics.emplace_back(info.type, threshold.value_or(zero));
+    if (options.values == ValuesRule::guess) scan.guesses.emplace_back(info.type, threshold.value_or(zero));
   }
   StripReader strips(source, info.subblock_side, budget.slab_bytes, folder);
   StripCutter cutter(info, scan);
@@ -171,6 +173,7 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
       const Strip strip = strips.read(z, y);
       for (std::size_t channel = 0; channel < strip.channels; ++channel) {
         scan.statistics[channel].add(strip.channel(channel));
+        if (!scan.guesses.empty()) scan.guesses[channel].add(strip.channel(channel));
       }
       cutter.cut(strip, y, z);
       done += static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z);

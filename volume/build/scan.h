@@ -12,6 +12,7 @@
 #include "volume/build/sort.h"
 #include "volume/build/statistics.h"
 #include "volume/build/storage.h"
+#include "volume/build/values_guess.h"
 
 namespace blockwalk {
 
@@ -19,6 +20,7 @@ namespace blockwalk {
 struct Scan {
   std::vector<std::optional<float>> thresholds;  // by channel: where it was known before reading
   std::vector<DensityStatistics> statistics;     // by channel
+  std::vector<ValuesGuess> guesses;              // by channel; none where nothing is guessed
   RecordSorter records;                          // finished
   TempBytes spill;                               // subblocks, slot after slot; in a slot channel after channel
   TempBytes constants;                           // a voxel of each channel, for records of a single value

@@ -206,6 +206,15 @@ std::array<float, kRangeMaskBins - 1> DensityStatistics::quantileCuts(float thre
   return cuts;
 }
 
+std::size_t DensityStatistics::distinctAbove(float threshold) const {
+  std::size_t distinct = 0;
+  for (std::size_t key = 0; key < counts_.size(); ++key) {
+    const bool above = densityOfKey(type_, static_cast<std::uint16_t>(key)) > threshold;
+    distinct += counts_[key] > 0 && above ? 1 : 0;
+  }
+  return distinct;
+}
+
 void DensityStatistics::describe(ChannelInfo& channel, std::optional<float> threshold, MaskBins bins) const {
   findRange(channel, threshold);
   channel.nonfinite_voxels = nonfinite_;

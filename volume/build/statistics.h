@@ -25,6 +25,8 @@ class DensityStatistics {
 
   void add(std::span<const std::byte> voxels);
 
+  // How many different values are not empty; exact for integers.
+  std::size_t distinctAbove(float threshold) const;
   // Fills empty_threshold, density_min, density_max, bin_cuts, histogram_lo, histogram_hi, nonfinite_voxels.
   void describe(ChannelInfo& channel, std::optional<float> threshold, MaskBins bins) const;
 
