@@ -1,11 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
-# One test program a room; tests/ mirrors the folders. Every gtest case is a ctest test, but for a room that runs whole:
-# its cases share kernels, which a process each would compile again and again. SHARES: sources of other rooms.
+# One test program a room; tests/ mirrors the folders. Every gtest case is a ctest test, but for a room that runs whole or
+# in PARTS ("name=gtest filter", and a last one, `rest`, of what is in none): the cases of one process share scenes and
+# kernels, which a process each would build and compile again and again. SHARES: sources of other rooms.
 find_package(GTest REQUIRED)
 include(GoogleTest)
 
 function(add_room_test room)
-  cmake_parse_arguments(ARG "DRAWS;WHOLE" "TIMEOUT" "LIBRARIES;SHARES" ${ARGN})
+  cmake_parse_arguments(ARG "DRAWS;WHOLE" "TIMEOUT" "LIBRARIES;SHARES;PARTS" ${ARGN})
   file(GLOB_RECURSE sources CONFIGURE_DEPENDS tests/${room}/*.cpp)
   if(NOT sources)
     return()
@@ -27,10 +28,20 @@ function(add_room_test room)
   target_compile_definitions(test_${room} PRIVATE BLOCKWALK_SOURCE_DIR="${CMAKE_CURRENT_SOURCE_DIR}"
     BLOCKWALK_BINARY_DIR="${CMAKE_CURRENT_BINARY_DIR}")
   if(ARG_WHOLE)
-    add_test(NAME ${room}.all COMMAND test_${room})
-    # The longest comes first, so that it does not run on alone.
-    set_tests_properties(${room}.all PROPERTIES TIMEOUT ${ARG_TIMEOUT} COST ${ARG_TIMEOUT} LABELS ${room}
+    set(parts all=*)
+  elseif(ARG_PARTS)
+    string(REGEX REPLACE "(^|;)[^=]*=" ":" filters "${ARG_PARTS}")
+    string(REGEX REPLACE "^:" "" filters "${filters}")
+    set(parts ${ARG_PARTS} "rest=-${filters}")
+  endif()
+  foreach(part IN LISTS parts)
+    string(REGEX MATCH "^([^=]*)=(.*)$" matched "${part}")
+    add_test(NAME ${room}.${CMAKE_MATCH_1} COMMAND test_${room} "--gtest_filter=${CMAKE_MATCH_2}")
+    # The longest come first, so that none runs on alone.
+    set_tests_properties(${room}.${CMAKE_MATCH_1} PROPERTIES TIMEOUT ${ARG_TIMEOUT} COST ${ARG_TIMEOUT} LABELS ${room}
       ${sanitizer_properties})
+  endforeach()
+  if(parts)
     return()
   endif()
   gtest_discover_tests(test_${room} TEST_PREFIX ${room}. DISCOVERY_MODE PRE_TEST NO_PRETTY_VALUES
@@ -41,7 +52,9 @@ add_room_test(house TIMEOUT 60 LIBRARIES flags fmt::fmt)
 add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB PNG::PNG TIFF::TIFF PkgConfig::XXHASH)
 add_room_test(view TIMEOUT 60 LIBRARIES view)
 add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP)
-add_room_test(renderer DRAWS TIMEOUT 900 LIBRARIES renderer protocol reference)
+# Scenes of one type of voxel draw with the same kernels.
+add_room_test(renderer DRAWS TIMEOUT 1200 LIBRARIES renderer protocol reference PARTS
+  "rgba8=*/rgba8:*/fossil:*/grass" "u8=*/u8_flat:*/flair" "u16=*/u16_oblique:*/head" "f32=*/f32_mirrored:*/smoke:*/fetal_t2")
 add_room_test(extreme DRAWS WHOLE TIMEOUT 1800 LIBRARIES renderer protocol reference SHARES tests/renderer/stage.cpp
   tests/renderer/compare.cpp tests/renderer/synthetic.cpp)
 target_include_directories(test_renderer PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/spirv)

@@ -21,7 +21,7 @@ class Sampler {
       : scene_(scene), cut_(cut), classifier_(scene.volume, scene.view), jumps_(classifier_.jumps()) {}
 
   const Classifier& classifier() const { return classifier_; }
-  glm::dvec4 fieldOn(double t) const { return fieldAt(scene_.volume, cut_.ray.at(t)); }
+  glm::dvec4 fieldOn(double t) const { return cellOn(t).at(cut_.ray.at(t)); }
   bool isVisible(double t) const { return classifier_.isVisible(fieldOn(t).w); }
 
   glm::dvec3 shadedColor(glm::dvec3 color, double t) const {
@@ -31,10 +31,11 @@ class Sampler {
 
   // How near the density at t is to where what is seen jumps.
   double marginOn(double t) const {
-    const Cell cell = cellAround(scene_.volume, cut_.ray.at(t));
     double margin = std::numeric_limits<double>::infinity();
+    const Cell& cell = cellOn(t);
     if (cell.isFlat()) return margin;
-    for (double jump : jumps_) margin = std::min(margin, std::abs(cell.at(cut_.ray.at(t)).w - jump));
+    const double density = cell.at(cut_.ray.at(t)).w;
+    for (double jump : jumps_) margin = std::min(margin, std::abs(density - jump));
     return margin;
   }
 
@@ -79,10 +80,19 @@ class Sampler {
   }
 
  private:
+  // Of eight voxels, which are looked up once a place: each is asked about several times.
+  const Cell& cellOn(double t) const {
+    if (t != cell_t_) cell_ = cellAround(scene_.volume, cut_.ray.at(t));
+    cell_t_ = t;
+    return cell_;
+  }
+
   Scene scene_;
   const CutRay& cut_;
   Classifier classifier_;
   std::vector<double> jumps_;
+  mutable Cell cell_{};
+  mutable double cell_t_ = std::numeric_limits<double>::quiet_NaN();  // equal to none
 };
 
 }  // namespace

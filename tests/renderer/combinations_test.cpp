@@ -15,7 +15,7 @@ constexpr std::size_t kOpenView = 3;
 constexpr std::size_t kNarrowView = 14;
 
 TEST_P(CombinationsTest, GiveTheSameImage) {
-  const std::vector<View> views = randomViews(scene().info, scene().dense(0), 11);
+  const std::vector<View> views = randomViews(scene().info, dense(), 11);
   for (std::size_t v = 0; v < views.size(); ++v) {
     for (Mode mode : {Mode::blend, Mode::first_hit}) {
       View view = views[v];

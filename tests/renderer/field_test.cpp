@@ -47,8 +47,8 @@ View lookAt(View view, const Look& look) {
 class FieldTest : public SceneTest {
  protected:
   // Every fourth of the usual views, a different set for every look.
-  std::vector<View> views(const reference::DenseVolume& dense, std::size_t look) {
-    const std::vector<View> all = randomViews(scene().info, dense, 21);
+  std::vector<View> viewsOf(std::size_t look) {
+    const std::vector<View> all = randomViews(scene().info, dense(), 21);
     std::vector<View> some;
     if (kLooks[look].classification != Classification::post && scene().info.type == VoxelType::rgba8) return some;
     for (std::size_t i = look % 4; i < all.size(); i += 4) some.push_back(lookAt(all[i], kLooks[look]));
@@ -57,15 +57,14 @@ class FieldTest : public SceneTest {
 };
 
 TEST_P(FieldTest, IsDrawnAsTheReferenceDraws) {
-  const reference::DenseVolume dense = scene().dense(0);
   for (std::size_t look = 0; look < std::size(kLooks); ++look) {
     ImageError total;
-    const std::vector<View> views = this->views(dense, look);
+    const std::vector<View> views = viewsOf(look);
     if (views.empty()) continue;
     for (const View& view : views) {
-      const reference::Image expected = reference::renderImage(dense, view);
+      const reference::Image expected = reference::renderImage(dense(), view);
       const bool linear = kLooks[look].filter == Filter::linear;
-      const double near_jump = linear ? kNearJump * dense.contrast : 0;
+      const double near_jump = linear ? kNearJump * dense().contrast : 0;
       const ImageError error = compareToReference(draw(scene(), view), expected, view.background, near_jump);
       EXPECT_LE(error.largest, kLargestError)
           << kLooks[look].name << ": " << error.worst << "\n  view " << toString(view);
@@ -82,10 +81,9 @@ TEST_P(FieldTest, IsDrawnAsTheReferenceDraws) {
 // combinations_test.cpp compares every pair for the nearest filter. What the field adds is the apron and its ranges,
 // the same for every look: three of them meet a sample, a crossing and an interval between two densities.
 TEST_P(FieldTest, IsTheSameForEveryFinderWalkAndCull) {
-  const reference::DenseVolume dense = scene().dense(0);
   for (const std::string_view name : {"blend", "first-hit lit", "pre-integrated"}) {
     const auto look = static_cast<std::size_t>(std::ranges::find(kLooks, name, &Look::name) - std::begin(kLooks));
-    const std::vector<View> all_views = views(dense, look);
+    const std::vector<View> all_views = viewsOf(look);
     for (std::size_t v = 0; v < all_views.size(); ++v) {
       const View& view = all_views[v];
       std::vector<Combination> combinations = everyFinder();

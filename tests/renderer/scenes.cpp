@@ -55,7 +55,19 @@ void SceneTest::SetUp() {
   if (!scene_case.real_file.empty() && !std::filesystem::exists(dataFolder() / scene_case.real_file)) {
     GTEST_SKIP() << (dataFolder() / scene_case.real_file) << " is not there";
   }
-  scene_ = makeScene(*scene_case.open());
+  auto entry = sharedScenes().find(scene_case.name);
+  if (entry == sharedScenes().end()) {
+    Shared shared{.scene = makeScene(*scene_case.open()), .dense = {}};
+    shared.dense = shared.scene.dense(0);
+    entry = sharedScenes().emplace(scene_case.name, std::move(shared)).first;
+  }
+  shared_ = &entry->second;
+}
+
+std::map<std::string, SceneTest::Shared>& SceneTest::sharedScenes() {
+  renderer();  // lives longer than what is resident on it
+  static std::map<std::string, Shared> instance;
+  return instance;
 }
 
 std::string sceneName(const ::testing::TestParamInfo<SceneCase>& info) { return info.param.name; }

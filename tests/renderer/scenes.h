@@ -3,6 +3,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <ostream>
 #include <string>
 #include <vector>
@@ -22,14 +23,22 @@ std::ostream& operator<<(std::ostream& out, const SceneCase& scene_case);
 
 std::vector<SceneCase> allScenes();
 
-// Runs a property once a scene; skips where the scene's file is not there.
+// Runs a property once a scene; skips where the scene's file is not there. A process builds a scene once: all that draw
+// it share what is resident, and the dense volume of its finest level.
 class SceneTest : public RendererTest, public ::testing::WithParamInterface<SceneCase> {
  protected:
   void SetUp() override;
-  Scene& scene() { return scene_; }
+  Scene& scene() { return shared_->scene; }
+  const reference::DenseVolume& dense() const { return shared_->dense; }
 
  private:
-  Scene scene_;
+  struct Shared {
+    Scene scene;
+    reference::DenseVolume dense;
+  };
+  static std::map<std::string, Shared>& sharedScenes();
+
+  Shared* shared_ = nullptr;
 };
 
 std::string sceneName(const ::testing::TestParamInfo<SceneCase>& info);

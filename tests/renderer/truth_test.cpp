@@ -20,14 +20,13 @@ class TruthTest : public SceneTest {
     const Finder plain = renderer().device().ray_query ? Finder::query : Finder::grid;
     return {Combination{}, {.finder = plain, .walk = false, .cull = false}};
   }
-  std::vector<View> views(const reference::DenseVolume& dense) { return randomViews(scene().info, dense, 12); }
+  std::vector<View> views() { return randomViews(scene().info, dense(), 12); }
 };
 
 TEST_P(TruthTest, BlendIsWithinTwoSteps) {
-  const reference::DenseVolume dense = scene().dense(0);
   ImageError total;
-  for (const View& view : views(dense)) {
-    const reference::Image expected = reference::renderImage(dense, view);
+  for (const View& view : views()) {
+    const reference::Image expected = reference::renderImage(dense(), view);
     for (const Combination& choice : choices()) {
       const ImageError error = compareToReference(draw(scene(), with(view, choice)), expected, view.background);
       EXPECT_LE(error.largest, kLargestError)
@@ -42,12 +41,11 @@ TEST_P(TruthTest, BlendIsWithinTwoSteps) {
 }
 
 TEST_P(TruthTest, FirstHitIsTheFirstVoxel) {
-  const reference::DenseVolume dense = scene().dense(0);
   ProbeError total;
   ImageError colors;
-  for (View view : views(dense)) {
+  for (View view : views()) {
     view.mode = Mode::first_hit;
-    const reference::Image expected = reference::renderImage(dense, view);
+    const reference::Image expected = reference::renderImage(dense(), view);
     for (const Combination& choice : choices()) {
       const Frame frame = draw(scene(), with(view, choice));
       const ProbeError error = compareHits(frame, expected, voxelsPerWorld(scene().info));
@@ -64,11 +62,10 @@ TEST_P(TruthTest, FirstHitIsTheFirstVoxel) {
 }
 
 TEST_P(TruthTest, BlocksAreCounted) {
-  const reference::DenseVolume dense = scene().dense(0);
   ProbeError total;
-  for (View view : views(dense)) {
+  for (View view : views()) {
     view.mode = Mode::blocks;
-    const reference::Image expected = reference::renderImage(dense, view);
+    const reference::Image expected = reference::renderImage(dense(), view);
     const Frame first = draw(scene(), with(view, combinations().front()));
     for (const Combination& choice : everyFinder()) {
       const Frame frame = draw(scene(), with(view, choice));
@@ -83,22 +80,22 @@ TEST_P(TruthTest, BlocksAreCounted) {
 }
 
 TEST_P(TruthTest, CoarserLevelsAreDrawnAsStored) {
-  const std::vector<View> all = views(scene().dense(0));
+  const std::vector<View> all = views();
   for (int level = 1; level < static_cast<int>(scene().info.levels.size()); ++level) {
-    const reference::DenseVolume dense = scene().dense(level);
+    const reference::DenseVolume coarse = scene().dense(level);
     for (std::size_t i : {1u, 4u, 7u, 13u}) {
       View view = all[i];
       view.level = level;
       const Frame blend = draw(scene(), view);
       EXPECT_EQ(blend.stats.level, level);
-      const ImageError error = compareToReference(blend, reference::renderImage(dense, view), view.background);
+      const ImageError error = compareToReference(blend, reference::renderImage(coarse, view), view.background);
       EXPECT_LE(error.largest, kLargestError) << error.worst << "\n  view " << toString(view);
       view.mode = Mode::first_hit;
       const ProbeError hits =
-          compareHits(draw(scene(), view), reference::renderImage(dense, view), voxelsPerWorld(scene().info));
+          compareHits(draw(scene(), view), reference::renderImage(coarse, view), voxelsPerWorld(scene().info));
       EXPECT_EQ(hits.unexcused, 0u) << hits.worst << "\n  view " << toString(view);
       view.mode = Mode::blocks;
-      const ProbeError blocks = compareBlocks(draw(scene(), view), reference::renderImage(dense, view));
+      const ProbeError blocks = compareBlocks(draw(scene(), view), reference::renderImage(coarse, view));
       EXPECT_EQ(blocks.unexcused, 0u) << blocks.worst << "\n  view " << toString(view);
     }
   }
@@ -110,20 +107,21 @@ TEST_P(TruthTest, TheFileHoldsTheSource) {
   const reference::DenseVolume expected =
       reference::volumeFromSource(*source, scene().info.channels[0].empty_threshold, scene().info.blockVoxels());
   for (int level = 0; level < static_cast<int>(scene().info.levels.size()); ++level) {
-    const reference::DenseVolume dense = scene().dense(level);
-    reference::DenseVolume derived = dense;
-    reference::deriveBlocks(derived, dense.block_voxels);
+    const reference::DenseVolume stored = scene().dense(level);
+    reference::DenseVolume derived = stored;
+    reference::deriveBlocks(derived, stored.block_voxels);
     std::size_t wrong_blocks = 0, wrong_voxels = 0, visible = 0;
-    for (std::size_t i = 0; i < dense.blocks.size(); ++i) wrong_blocks += dense.blocks[i] == derived.blocks[i] ? 0 : 1;
+    for (std::size_t i = 0; i < stored.blocks.size(); ++i)
+      wrong_blocks += stored.blocks[i] == derived.blocks[i] ? 0 : 1;
     EXPECT_EQ(wrong_blocks, 0u) << "level " << level;
-    for (std::size_t i = 0; level == 0 && i < dense.density.size(); ++i) {
+    for (std::size_t i = 0; level == 0 && i < stored.density.size(); ++i) {
       if (isEmptyDensity(expected.density[i], expected.empty_threshold)) {
-        wrong_voxels += isEmptyDensity(dense.density[i], dense.empty_threshold) ? 0 : 1;
+        wrong_voxels += isEmptyDensity(stored.density[i], stored.empty_threshold) ? 0 : 1;
         continue;
       }
       ++visible;
-      const bool same_color = dense.color.empty() || dense.color[i] == expected.color[i];
-      wrong_voxels += dense.density[i] == expected.density[i] && same_color ? 0 : 1;
+      const bool same_color = stored.color.empty() || stored.color[i] == expected.color[i];
+      wrong_voxels += stored.density[i] == expected.density[i] && same_color ? 0 : 1;
     }
     EXPECT_EQ(wrong_voxels, 0u);
     if (level == 0) {
