@@ -58,6 +58,16 @@ add_room_test(renderer DRAWS TIMEOUT 1200 LIBRARIES renderer protocol reference 
 add_room_test(extreme DRAWS WHOLE TIMEOUT 1800 LIBRARIES renderer protocol reference SHARES tests/renderer/stage.cpp
   tests/renderer/compare.cpp tests/renderer/synthetic.cpp)
 target_include_directories(test_renderer PRIVATE ${CMAKE_CURRENT_BINARY_DIR}/spirv)
+if(BLOCKWALK_SANITIZE)
+  # What a sanitizer is worth most on, and fast: bands, cancelling, refinement, building, every finder once, reading a
+  # scene of each type. Whole parts take hours there.
+  add_test(NAME renderer.fast COMMAND test_renderer "--gtest_filter=FramesTest.*:RefineTest.*:Plan.*:Specialise.*:\
+Clusters.*:Octree*:KernelInterface.*:MeshTest.NothingIs*:OutputsTest.NothingIs*:SamplesTest.Cancelling*:\
+SamplesTest.DoNot*:RegionTest.MayBeEmpty:ThreeChannels.AreResident*:On/TruthTest.TheFile*/*:On/TruthTest.Blend*/u8_flat:\
+On/TruthTest.Coarser*/fossil:On/TruthTest.Coarser*/smoke:On/TruthTest.Coarser*/head")
+  get_test_property(renderer.rest ENVIRONMENT renderer_environment)
+  set_tests_properties(renderer.fast PROPERTIES TIMEOUT 1200 COST 2000 LABELS fast ENVIRONMENT "${renderer_environment}")
+endif()
 add_room_test(server DRAWS TIMEOUT 300 LIBRARIES server)
 add_room_test(cli DRAWS TIMEOUT 300 LIBRARIES protocol OpenSSL::SSL)
 if(TARGET test_cli)
