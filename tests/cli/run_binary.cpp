@@ -31,8 +31,11 @@ std::string Workplace::read(const std::string& name) const {
 }
 
 Outcome Workplace::run(const std::string& arguments, const std::string& environment) const {
-  const std::string command = "cd '" + folder_.string() + "' && " + environment +
-                              " '" BLOCKWALK_BINARY_DIR "/blockwalk' >.stdout 2>.stderr </dev/null " + arguments;
+  // As variables: no name of a folder is taken apart by the shell.
+  setenv("PROGRAM", BLOCKWALK_BINARY_DIR "/blockwalk", 1);
+  setenv("PLACE", folder_.c_str(), 1);
+  const std::string command =
+      "cd \"$PLACE\" && " + environment + " \"$PROGRAM\" >.stdout 2>.stderr </dev/null " + arguments;
   const int status = std::system(command.c_str());
   Outcome outcome;
   outcome.exit_code = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
