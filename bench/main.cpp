@@ -14,6 +14,7 @@
 
 #include "bench/experiments/experiments.h"
 #include "protocol/view_fields.h"
+#include "renderer/driver.h"
 #include "volume/error.h"
 
 namespace {
@@ -101,7 +102,11 @@ void run(const Experiment& experiment, Command& command) {
     if (error) throw DataError(fmt::format("--pictures {}: {}", command.options.pictures.string(), error.message()));
   }
   command.options.on_step = [](const std::string& line) { fmt::print(stderr, "{}\n", line); };
-  write(experiment.run(command), command.json_path);
+  const std::string set_up = setUpDriver().note;
+  command.options.on_step(set_up);
+  nlohmann::json result = experiment.run(command);
+  result["set_up"] = set_up;
+  write(result, command.json_path);
 }
 
 void addViewFlags(CLI::App& app, Command& command, const Experiment& experiment) {

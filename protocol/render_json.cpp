@@ -50,6 +50,7 @@ nlohmann::json deviceJson(const DeviceInfo& device) {
           {"api_version", device.api_version},
           {"kind", device.kind},
           {"ray_query", device.ray_query},
+          {"subgroup_size", device.subgroup_size},
           {"memory_budget_bytes", device.memory_budget_bytes},
           {"memory_used_bytes", device.memory_used_bytes}};
 }

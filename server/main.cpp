@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "renderer/driver.h"
 #include "renderer/renderer.h"
 #include "server/options.h"
 #include "server/server.h"
@@ -21,6 +22,7 @@ blockwalk::DeviceOptions deviceOptions(const blockwalk::ServerOptions& options) 
 
 int serve(const std::vector<std::string>& arguments) {
   const auto options = blockwalk::parseServerOptions(arguments);
+  spdlog::info("{}", blockwalk::setUpDriver().note);
   blockwalk::Server server(options, [options] { return blockwalk::createRenderer(deviceOptions(options)); });
   server.waitForDevice();  // a driver that hangs can still be ended by a signal
   server.drainOnSignals();

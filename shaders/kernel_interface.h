@@ -91,7 +91,7 @@ BLOCKWALK_CONST uint kCellActive = 2;       // something in it may be seen
 BLOCKWALK_CONST uint kOctreeStored = 256u;  // in OctreeNode::mask
 BLOCKWALK_CONST int kMaxClipPlanes = 12;    // a clip box's and a view's own
 BLOCKWALK_CONST int kMaxDrawnChannels = 4;
-BLOCKWALK_CONST int kGroupSide = 8;  // pixels; a workgroup is 8x8, a subgroup of 8 lanes 4x2 of them
+BLOCKWALK_CONST int kGroupSide = 8;  // pixels; a workgroup is 8x8 of them
 // Output point: t where there is nothing to show. Bounds of the traversal are of this size where a ray stands still.
 BLOCKWALK_CONST float kHugeT = 1e30f;
 

@@ -127,10 +127,10 @@ uint pixelWord(Ink ink, Work work, uint at, out bool finite) {
 
 void main() {
   loadScene();
-  // A subgroup of 8 lanes is 4x2 pixels, a workgroup 8x8 of them.
-  uint lane = gl_LocalInvocationIndex & 7u;
-  uint tile = gl_LocalInvocationIndex >> 3;
-  ivec2 local = ivec2((tile & 1u) * 4u + (lane & 3u), (tile >> 1) * 2u + (lane >> 2));
+  // A subgroup of 8 lanes is 4x2 pixels, one of 16 lanes 4x4, one of 32 8x4, the workgroup 8x8.
+  uint lane = gl_LocalInvocationIndex & 15u;
+  uint tile = gl_LocalInvocationIndex >> 4;
+  ivec2 local = ivec2((tile & 1u) * 4u + (lane & 3u), (tile >> 1) * 4u + (lane >> 2));
   uint row = (gl_WorkGroupID.y * push.row_stride) % gl_NumWorkGroups.y;
   ivec2 in_band = ivec2(gl_WorkGroupID.x, row) * kGroupSide + local;
   if (in_band.x >= frame.size.x || in_band.y >= push.row_count) return;

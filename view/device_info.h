@@ -33,6 +33,7 @@ struct DeviceInfo {
   std::string api_version;
   std::string kind;  // discrete, integrated, virtual, software
   bool ray_query = false;
+  int subgroup_size = 0;  // lanes; of a software driver its vectors of 32-bit words
   std::uint64_t memory_budget_bytes = 0;
   std::uint64_t memory_used_bytes = 0;  // by this renderer
 };

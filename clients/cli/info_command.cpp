@@ -12,7 +12,11 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/flag_values.h"
 #include "clients/cli/remote.h"
+#include "clients/cli/usage_error.h"
+#include "protocol/render_json.h"
 #include "protocol/volume_json.h"
+#include "renderer/driver.h"
+#include "renderer/renderer.h"
 #include "volume/file/file.h"
 
 namespace blockwalk {
@@ -102,10 +106,29 @@ void printTable(const json& volume) {
   }
 }
 
+void printDevice(const DeviceInfo& device, const DriverSetUp& driver) {
+  fmt::print("device            {} ({})\n", device.name, device.kind);
+  fmt::print("driver            {} {}, Vulkan {}\n", device.driver, device.driver_version, device.api_version);
+  fmt::print("ray queries       {}\n", device.ray_query ? "yes" : "no");
+  fmt::print("subgroup          {} lanes\n", device.subgroup_size);
+  fmt::print("memory            {}\n", byteText(device.memory_budget_bytes));
+  fmt::print("set up            {}\n", driver.note);
+}
+
 struct InfoCommand {
   std::string source;
   bool as_json = false;
   AccessFlags server;
+  bool device = false;
+
+  void runDevice() const {
+    const DriverSetUp driver = setUpDriver();
+    const DeviceInfo info = createRenderer({})->device();
+    if (!as_json) return printDevice(info, driver);
+    json all = deviceJson(info);
+    all["set_up"] = driver.note;
+    fmt::print("{}\n", all.dump(2));
+  }
 
   json describe() const {
     if (isUrl(source)) return fetchVolume(parseVolumeUrl(source), server.access());
@@ -115,6 +138,8 @@ struct InfoCommand {
   }
 
   void run() const {
+    if (source.empty() != device) throw UsageError("FILE|URL: name a volume, or else --device");
+    if (device) return runDevice();
     const json volume = describe();
     if (as_json) {
       fmt::print("{}\n", volume.dump(2));
@@ -132,8 +157,9 @@ struct InfoCommand {
 
 void addInfoCommand(CLI::App& app) {
   auto info = std::make_shared<InfoCommand>();
-  CLI::App* command = app.add_subcommand("info", "Say what a volume is");
-  command->add_option("FILE|URL", info->source, "a .bwv file, or http(s)://HOST:PORT/ID")->required();
+  CLI::App* command = app.add_subcommand("info", "Say what a volume is, or the device");
+  command->add_option("FILE|URL", info->source, "a .bwv file, or http(s)://HOST:PORT/ID");
+  command->add_flag("--device", info->device, "the device that draws here, instead of a volume");
   command->add_flag("--json", info->as_json, "everything, as JSON");
   info->server.addTo(*command);
   command->callback([info] { info->run(); });

@@ -18,6 +18,7 @@
 #include "protocol/image_codec.h"
 #include "protocol/render_json.h"
 #include "protocol/view_fields.h"
+#include "renderer/driver.h"
 #include "renderer/renderer.h"
 
 namespace blockwalk {
@@ -108,6 +109,7 @@ struct RenderCommand {
     options.chunk_bytes = static_cast<std::uint64_t>(chunk_mib) << 20;
     options.on_message = [](const std::string& message) { fmt::print(stderr, "blockwalk: {}\n", message); };
     VolumeFile file(source);
+    setUpDriver();
     const auto renderer = createRenderer(options);
     const auto volume = renderer->load(std::move(file));
     Frame frame;

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <cstdlib>
 #include <string_view>
 
 namespace blockwalk {
@@ -87,7 +88,8 @@ std::string missingFeatures(const vk::raii::PhysicalDevice& device) {
 }
 
 DeviceInfo describe(const vk::raii::PhysicalDevice& device) {
-  const auto properties = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties>();
+  const auto properties = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties,
+                                                vk::PhysicalDeviceVulkan11Properties>();
   const auto& core = properties.get<vk::PhysicalDeviceProperties2>().properties;
   const auto& driver = properties.get<vk::PhysicalDeviceDriverProperties>();
   DeviceInfo info;
@@ -98,6 +100,7 @@ DeviceInfo describe(const vk::raii::PhysicalDevice& device) {
                                  VK_API_VERSION_MINOR(core.apiVersion), VK_API_VERSION_PATCH(core.apiVersion));
   info.kind = kindName(core.deviceType);
   info.ray_query = supportsRayQuery(device);
+  info.subgroup_size = static_cast<int>(properties.get<vk::PhysicalDeviceVulkan11Properties>().subgroupSize);
   const auto memory = device.getMemoryProperties();
   for (std::uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
     if (memory.memoryHeaps[i].flags & vk::MemoryHeapFlagBits::eDeviceLocal) {
@@ -120,6 +123,7 @@ Device::Device(const DeviceOptions& options) : on_message_(options.on_message) {
     createInstance(options);
     choosePhysicalDevice(options);
     createDevice(options);
+    checkVectors();
   } catch (const vk::SystemError& error) {
     throw DeviceError(
         fmt::format("Vulkan did not start: {}. Is a driver installed (Mesa's lavapipe will do)?", error.what()));
@@ -226,6 +230,17 @@ void Device::createDevice(const DeviceOptions& options) {
   const auto& acceleration = properties.get<vk::PhysicalDeviceAccelerationStructurePropertiesKHR>();
   max_instances_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(acceleration.maxInstanceCount, 0xffffffffu));
   scratch_alignment_ = std::max(1u, acceleration.minAccelerationStructureScratchOffsetAlignment);
+}
+
+// That lavapipe took the width it was asked for (renderer/driver.h).
+void Device::checkVectors() const {
+  const char* asked = std::getenv("LP_NATIVE_VECTOR_WIDTH");
+  if (asked == nullptr || info_.driver != "llvmpipe") return;
+  const long bits = std::strtol(asked, nullptr, 10);
+  if (bits != 32L * info_.subgroup_size) {
+    note(fmt::format("{}: vectors of {} bits were asked for, and it has subgroups of {} lanes", info_.name, asked,
+                     info_.subgroup_size));
+  }
 }
 
 std::uint32_t Device::memoryType(std::uint32_t type_bits, vk::MemoryPropertyFlags required,

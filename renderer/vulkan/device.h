@@ -50,6 +50,7 @@ class Device {
   void createInstance(const DeviceOptions& options);
   void choosePhysicalDevice(const DeviceOptions& options);
   void createDevice(const DeviceOptions& options);
+  void checkVectors() const;
 
   std::function<void(const std::string&)> on_message_;
   vk::raii::Context context_;
