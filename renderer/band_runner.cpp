@@ -31,14 +31,13 @@ BandRunner::BandRunner(Device& device, Kernels& kernels) : device_(device), kern
   fence_ = handle.createFence({});
 }
 
-void BandRunner::record(const Plan& plan, int width, const Band& band, std::uint64_t params,
-                        vk::DescriptorSet instances) {
-  const bool ray_query = plan.queriesRays();
-  const auto& pipeline = plan.general ? kernels_.general(ray_query) : kernels_.pipeline(plan.key);
-  commands_.bindPipeline(vk::PipelineBindPoint::eCompute, *pipeline);
+void BandRunner::record(const Kernels::Kernel& kernel, const Plan& plan, int width, const Band& band,
+                        std::uint64_t params, vk::DescriptorSet instances) {
+  const bool ray_query = plan.key.queriesRays();
+  commands_.bindPipeline(vk::PipelineBindPoint::eCompute, **kernel.pipeline);
   const auto& layout = kernels_.layout(ray_query);
-  if (plan.general) {
-    commands_.pushConstants<KernelKey>(*layout, vk::ShaderStageFlagBits::eCompute, Kernels::kChoicesOffset, plan.key);
+  if (kernel.general) {
+    commands_.pushConstants<KernelKey>(*layout, vk::ShaderStageFlagBits::eCompute, kChoicesOffset, plan.key);
   }
   if (ray_query) commands_.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, instances, {});
   const auto groups = [](int pixels) {
@@ -64,13 +63,13 @@ void BandRunner::record(const Plan& plan, int width, const Band& band, std::uint
   }
 }
 
-double BandRunner::run(const Plan& plan, int width, const Band& band, std::uint64_t params,
-                       vk::DescriptorSet instances) {
+double BandRunner::run(const Kernels::Kernel& kernel, const Plan& plan, int width, const Band& band,
+                       std::uint64_t params, vk::DescriptorSet instances) {
   timestamps_.reset(0, kTimestampCount);
   commands_.reset();
   commands_.begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
   commands_.writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, *timestamps_, kBandBegin);
-  record(plan, width, band, params, instances);
+  record(kernel, plan, width, band, params, instances);
   const vk::MemoryBarrier to_host{.srcAccessMask = vk::AccessFlagBits::eShaderWrite,
                                   .dstAccessMask = vk::AccessFlagBits::eHostRead};
   commands_.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader, vk::PipelineStageFlagBits::eHost, {}, to_host,

@@ -26,10 +26,12 @@ class BandRunner {
 
   // Device milliseconds. `params` is the address of the frame's gpu::FrameParams, `instances` what the plan's kernel
   // queries, if it does.
-  double run(const Plan& plan, int width, const Band& band, std::uint64_t params, vk::DescriptorSet instances);
+  double run(const Kernels::Kernel& kernel, const Plan& plan, int width, const Band& band, std::uint64_t params,
+             vk::DescriptorSet instances);
 
  private:
-  void record(const Plan& plan, int width, const Band& band, std::uint64_t params, vk::DescriptorSet instances);
+  void record(const Kernels::Kernel& kernel, const Plan& plan, int width, const Band& band, std::uint64_t params,
+              vk::DescriptorSet instances);
 
   Device& device_;
   Kernels& kernels_;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -16,7 +17,11 @@ struct DeviceOptions {
   // lavapipe a kernel that is tried takes about half a second to compile, and none was found that beats the grid by
   // much (docs/experiments).
   bool probe_software = false;
-  double band_ms = 25;  // frames are cut into bands of about this device time
+  // Draw with a general kernel while a view's own is made on a thread of its own (renderer/vulkan/kernels.h): for many
+  // who share the device. Else a view waits for its kernel.
+  bool background_kernels = false;
+  std::size_t most_kernels = 64;  // kept, some 3 MB each on lavapipe
+  double band_ms = 25;            // frames are cut into bands of about this device time
   // Of sums that refinements keep between their steps, all together (renderer/resident/kept_sums.h).
   std::uint64_t kept_sum_bytes = std::uint64_t{256} << 20;
   std::function<void(const std::string&)> on_message;  // validation messages and one-time notes

@@ -46,6 +46,8 @@ std::filesystem::path cacheFolder() {
   return home.is_absolute() ? home / ".cache" / "blockwalk" : std::filesystem::path{};
 }
 
+bool keepsKernels() { return !isTrue(environment(kCacheDisable)); }
+
 DriverSetUp setUpDriver() {
   DriverSetUp result;
   std::filesystem::path folder = cacheFolder();
@@ -66,7 +68,7 @@ DriverSetUp setUpDriver() {
   result.vector_bits = static_cast<int>(std::strtol(width.c_str(), nullptr, 10));
   result.note = fmt::format("vectors: {} ({})", width.empty() ? "the driver's own" : width + " bits", why);
 
-  if (isTrue(environment(kCacheDisable))) {
+  if (!keepsKernels()) {
     result.note += "; kernels are not kept: the environment says so";
     return result;
   }

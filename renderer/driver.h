@@ -9,16 +9,18 @@
 namespace blockwalk {
 
 struct DriverSetUp {
-  int vector_bits = 0;               // that a software driver is asked for; 0: left to it
-  std::filesystem::path kernel_cache;  // where Mesa keeps compiled kernels; empty: it keeps none, or was told where not to
-  std::string note;                  // one line that says so
+  int vector_bits = 0;  // that a software driver is asked for; 0: left to it
+  std::filesystem::path
+      kernel_cache;  // where Mesa keeps compiled kernels; empty: it keeps none, or was told where not to
+  std::string note;  // one line that says so
 };
 
 // $XDG_CACHE_HOME/blockwalk, else ~/.cache/blockwalk; empty where neither can be.
 std::filesystem::path cacheFolder();
 
 // Sets, where the user has not:
-// - LP_NATIVE_VECTOR_WIDTH to 512 where the processor has AVX-512 and is faster with it, which is measured once and kept in
+// - LP_NATIVE_VECTOR_WIDTH to 512 where the processor has AVX-512 and is faster with it, which is measured once and
+// kept in
 //   the cache folder (renderer/vulkan/vector_width.h);
 // - MESA_SHADER_CACHE_MAX_SIZE, so that the cache stays small.
 // And always MESA_SHADER_CACHE_DIR, to a folder for that width alone below the user's or else the cache folder: Mesa's
@@ -26,5 +28,8 @@ std::filesystem::path cacheFolder();
 // process of another. MESA_SHADER_CACHE_DISABLE stands.
 // To be called before the first renderer is made, and before there is a second thread.
 DriverSetUp setUpDriver();
+
+// Whether Mesa was left to keep kernels.
+bool keepsKernels();
 
 }  // namespace blockwalk

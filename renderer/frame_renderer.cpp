@@ -30,7 +30,7 @@ FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
     : device_(device),
       band_ms_(options.band_ms),
       probe_software_(options.probe_software),
-      kernels_(device),
+      kernels_(device, options.background_kernels, options.most_kernels),
       bands_(device, kernels_),
       visible_cells_(device),
       regions_(device),
@@ -144,8 +144,10 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const ResolvedV
   return params;
 }
 
-// The band's samples up to `end`, as many a submission as fit the time of one; false when cancelled.
-bool FrameRenderer::drawSamples(const Plan& plan, const FrameOrder& order, Band band, int end, Frame& frame) {
+// The band's samples up to the run's end, as many a submission as fit the time of one; false when cancelled.
+bool FrameRenderer::drawSamples(const Plan& plan, const FrameOrder& order, Band band, const SampleRun& run,
+                                Frame& frame) {
+  const int end = run.end;
   const double pixels = static_cast<double>(frame.width) * band.row_count;
   band.sample_count = 1;
   while (band.sample_begin < end) {
@@ -153,7 +155,7 @@ bool FrameRenderer::drawSamples(const Plan& plan, const FrameOrder& order, Band 
       frame.cancelled = true;
       return false;
     }
-    const double ms = bands_.run(plan, frame.width, band, params_.address(), instances_);
+    const double ms = bands_.run(run.kernel, plan, frame.width, band, params_.address(), instances_);
     frame.stats.gpu_ms += ms;
     ms_per_pixel_ = std::max(ms, 1e-4) / (pixels * band.sample_count);
     band.sample_begin += band.sample_count;
@@ -181,7 +183,7 @@ void FrameRenderer::drawBands(const Plan& plan, const FrameOrder& order, const O
       params_.mappedAs<gpu::FrameParams>()[0].sums = run.kept->sums.address() + first * kSumBytes;
     }
     const Band band{.row_begin = row, .row_count = rows, .sample_begin = run.begin};
-    if (!drawSamples(plan, order, band, run.end, frame)) return;
+    if (!drawSamples(plan, order, band, run, frame)) return;
     const auto words = pixels_.mappedAs<std::uint32_t>().first(pixels);
     if (isPicture(frame.output)) {
       std::ranges::copy(words, frame.pixels.begin() + static_cast<std::ptrdiff_t>(first));
@@ -225,7 +227,8 @@ void FrameRenderer::probeFinders(VulkanVolume& volume, const ResolvedView& view,
   try {
     fastest = fastestFinder(candidates, kProbeRounds, [&](Finder finder) {
       small.finder = finder;
-      const Plan tried = plan(small, volume.info(), traits(volume), false, false);
+      Plan tried = plan(small, volume.info(), traits(volume), false, false);
+      tried.kernel = KernelWish::specialised;
       const Frame frame = drawPlan(volume, small, tried, {.count = false, .cancel = order.cancel}, Clock::now());
       cancelled = cancelled || frame.cancelled;
       return frame.stats.gpu_ms;
@@ -237,14 +240,6 @@ void FrameRenderer::probeFinders(VulkanVolume& volume, const ResolvedView& view,
   if (cancelled) return;
   volume.fastest_finder = fastest;
   volume.drop(fastest == Finder::grid ? Finder::query : Finder::grid);
-}
-
-// The general kernel holds every finder that the device has, so the query's instances must be there to be bound.
-void FrameRenderer::generalise(Plan& plan, const VolumeInfo& info) const {
-  plan.general = true;
-  if (plan.needsRegion()) return;
-  const std::uint64_t blocks = info.levels[static_cast<std::size_t>(plan.level)].block_count;
-  plan.needs_instances = device_.rayQuery() && blocks <= device_.maxInstances();
 }
 
 void FrameRenderer::prepare(VulkanVolume& volume, const ResolvedView& view) {
@@ -303,7 +298,7 @@ Frame FrameRenderer::render(VulkanVolume& volume, const FrameOrder& order) {
   const auto start = Clock::now();
   probeFinders(volume, view, order);
   Plan plan = blockwalk::plan(view, volume.info(), traits(volume), order.count, order.probe);
-  if (order.general) generalise(plan, volume.info());
+  if (order.general || order.specialised) plan.kernel = order.general ? KernelWish::general : KernelWish::specialised;
   return drawPlan(volume, view, plan, order, start);
 }
 
@@ -323,13 +318,15 @@ Frame FrameRenderer::drawPlan(VulkanVolume& volume, const ResolvedView& view, co
   stats.walk = view.walk && skips;
   stats.cull = view.cull && skips;
   stats.level = plan.level;
-  stats.kernel = plan.is_blank ? "blank" : (plan.general ? "general " : "") + describe(plan.key);
+  stats.kernel = plan.is_blank ? "blank" : describe(plan.key);
   SampleRun run;
   if (plan.is_blank) {
     if (isPicture(view.output)) fillBackground(view, frame);
   } else {
     if (order.rebuild) regions_.forget();
     run = startRun(volume, view, plan, order);
+    run.kernel = kernels_.choose(plan.key, plan.kernel);
+    if (run.kernel.general) stats.kernel = "general " + stats.kernel;
     draw(volume, view, plan, order, values, run, frame);
   }
   stats.total_ms += std::chrono::duration<double, std::milli>(Clock::now() - start).count();

@@ -33,7 +33,6 @@ class FrameRenderer {
                  gpu::DrawnChannel& params);
   DeviceTraits traits(const VulkanVolume& volume) const;
   void probeFinders(VulkanVolume& volume, const ResolvedView& view, const FrameOrder& order);
-  void generalise(Plan& plan, const VolumeInfo& info) const;
   using Clock = std::chrono::steady_clock;
   // `start`: since when whoever asked for the frame has waited.
   Frame drawPlan(VulkanVolume& volume, const ResolvedView& view, const Plan& plan, const FrameOrder& order,
@@ -43,11 +42,12 @@ class FrameRenderer {
     int begin = 0;
     int end = 1;
     KeptPicture* kept = nullptr;
+    Kernels::Kernel kernel{};
   };
   SampleRun startRun(const VulkanVolume& volume, const ResolvedView& view, const Plan& plan, const FrameOrder& order);
   void finishRun(const SampleRun& run, const ResolvedView& view, const Frame& frame);
   void reserveOutputs(std::size_t pixels, const Plan& plan, const SampleRun& run);
-  bool drawSamples(const Plan& plan, const FrameOrder& order, Band band, int end, Frame& frame);
+  bool drawSamples(const Plan& plan, const FrameOrder& order, Band band, const SampleRun& run, Frame& frame);
   void drawBands(const Plan& plan, const FrameOrder& order, const OutputValues& values, const SampleRun& run,
                  Frame& frame);
   void draw(VulkanVolume& volume, const ResolvedView& view, const Plan& plan, const FrameOrder& order,

@@ -12,21 +12,21 @@
 
 #include "kernel_interface.h"
 
+#define BLOCKWALK_EARLY(id, type, member, constant, initial) layout(constant_id = id) const type constant = initial;
 #ifdef BLOCKWALK_GENERAL
-// One kernel that makes every choice at run time: it draws while a specialised one is made, and is what specialisation is
-// measured against (bench/experiments).
+// A kernel that makes the late choices when it runs: it draws while one that is specialised for them is made.
 layout(push_constant, scalar) uniform Push {
   PushConstants push;
   uint choices[kChoiceCount];
 };
 #define BLOCKWALK_DERIVED
-#define BLOCKWALK_CHOICE(id, type, member, constant, initial) type constant = type(choices[id]);
+#define BLOCKWALK_LATE(id, type, member, constant, initial) type constant = type(choices[id]);
 #else
 layout(push_constant, scalar) uniform Push { PushConstants push; };
 #define BLOCKWALK_DERIVED const
-#define BLOCKWALK_CHOICE(id, type, member, constant, initial) layout(constant_id = id) const type constant = initial;
+#define BLOCKWALK_LATE BLOCKWALK_EARLY
 #endif
-BLOCKWALK_CHOICES(BLOCKWALK_CHOICE)
+BLOCKWALK_CHOICES(BLOCKWALK_EARLY, BLOCKWALK_LATE)
 
 BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
 // What interpolates reads subblocks with the ring of one voxel around them (volume/file/apron.h).

@@ -57,28 +57,35 @@ BLOCKWALK_CONST uint kFinderBoundary = 4;
 BLOCKWALK_CONST uint kFinderOctree = 5;
 BLOCKWALK_CONST uint kFinderNone = 6;
 
-// The kernel's choices, once for all: choice(constant_id, GLSL type, member of KernelKey, GLSL constant, default). Of
-// them are made the specialisation constants (interface.glsl), the words that the general kernel reads, and KernelKey
-// (renderer/plan/kernel_key.h). Ids count from 0 without a gap.
-#define BLOCKWALK_CHOICES(choice)                                                                                    \
-  choice(0, uint, voxel_type, kVoxelType, 1u) choice(1, uint, mode, kMode, 0u) choice(2, uint, finder, kFinder, 2u)  \
-      choice(3, bool, walk, kWalk, true)                                                                             \
-          choice(4, bool, cull, kCull, true) /* on only where something that is stored cannot be seen */             \
-      choice(5, bool, range_open, kRangeOpen,                                                                        \
-             false) /* every non-empty voxel is in the range, and its channel drawn */                               \
-      choice(6, bool, test_voxel, kTestVoxel,                                                                        \
-             true) /* a stored voxel may have to be left out, and its extinction */ /* does not say so */            \
-      choice(7, bool, clip, kClip, false)                                           /* some plane cuts the volume */ \
-      choice(8, bool, opaque_background, kOpaqueBackground, true) choice(9, int, subblock_side, kSubblockSide, 8)    \
-          choice(10, int, block_side, kBlockSide, 6) choice(11, uint, filter, kFilter, 0u)                           \
-              choice(12, bool, lit, kLit, false) choice(13, uint, classification, kClassification, 0u)               \
-                  choice(14, uint, output, kOutput, 0u)                                                              \
-                      choice(15, bool, antialias, kAntialias, false) /* several samples a pixel, a dispatch each */  \
-      choice(16, int, channels, kChannels, 1)                        /* drawn */                                     \
-      choice(17, bool, count, kCount, true) choice(18, bool, probe, kProbe, false)                                   \
-          choice(19, bool, fine_table, kFineTable, false) /* entries are so close that the nearest will do */
+// The kernel's choices, once for all: (constant_id, GLSL type, member of KernelKey, GLSL constant, default). Of them
+// are made the specialisation constants (interface.glsl), the words that a general kernel reads, and KernelKey
+// (renderer/plan/kernel_key.h). Ids count from 0 without a gap. A general kernel makes the late ones when it runs; the
+// early ones are those that would make it several times as long.
+// clang-format off
+#define BLOCKWALK_CHOICES(early, late) \
+  early(0, uint, voxel_type, kVoxelType, 1u) \
+  late(1, uint, mode, kMode, 0u) \
+  early(2, uint, finder, kFinder, 2u) \
+  late(3, bool, walk, kWalk, true) \
+  late(4, bool, cull, kCull, true)                           /* only where something stored cannot be seen */ \
+  late(5, bool, range_open, kRangeOpen, false)               /* all non-empty voxels are in the range, and drawn */ \
+  late(6, bool, test_voxel, kTestVoxel, true)                /* stored voxels may be out, and not by their extinction */ \
+  late(7, bool, clip, kClip, false)                          /* some plane cuts the volume */ \
+  late(8, bool, opaque_background, kOpaqueBackground, true) \
+  early(9, int, subblock_side, kSubblockSide, 8) \
+  early(10, int, block_side, kBlockSide, 6) \
+  early(11, uint, filter, kFilter, 0u) \
+  late(12, bool, lit, kLit, false) \
+  early(13, uint, classification, kClassification, 0u) \
+  late(14, uint, output, kOutput, 0u) \
+  late(15, bool, antialias, kAntialias, false)               /* several samples a pixel, a dispatch each */ \
+  early(16, int, channels, kChannels, 1)                     /* drawn */ \
+  late(17, bool, count, kCount, true) \
+  late(18, bool, probe, kProbe, false) \
+  late(19, bool, fine_table, kFineTable, false)              /* entries are so close that the nearest will do */
+// clang-format on
 #define BLOCKWALK_COUNT_CHOICE(id, type, member, constant, initial) +1
-BLOCKWALK_CONST int kChoiceCount = 0 BLOCKWALK_CHOICES(BLOCKWALK_COUNT_CHOICE);
+BLOCKWALK_CONST int kChoiceCount = 0 BLOCKWALK_CHOICES(BLOCKWALK_COUNT_CHOICE, BLOCKWALK_COUNT_CHOICE);
 
 BLOCKWALK_CONST uint kNone = 0xffffffffu;
 BLOCKWALK_CONST uint kNoSubblock = 255u;   // in GpuBlock::indices

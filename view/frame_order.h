@@ -28,9 +28,10 @@ struct FrameOrder {
   ResolvedView view{};
   bool count = true;   // fill the counters of RenderStats; off makes the kernel a little faster
   bool probe = false;  // fill Frame::probes
-  // Draw with the one kernel that makes every choice at run time: the same picture, slower. For measuring what
-  // specialisation is worth.
+  // Draw with the general kernel, which makes its late choices at run time: the same picture, slower. For measuring
+  // what specialisation is worth.
   bool general = false;
+  bool specialised = false;  // wait for the view's own kernel also with DeviceOptions::background_kernels
   // Build what clusters or boundary look for anew, as after a change of the range. For measuring what that takes.
   bool rebuild = false;
   // Make resident what the frame needs and draw nothing.

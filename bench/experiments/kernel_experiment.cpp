@@ -155,7 +155,7 @@ json measureScene(Renderer& renderer, ResidentVolume& volume, const View& view, 
     general_ms.push_back(general.stats.gpu_ms);
   }
   return {{"kernel", special.stats.kernel},
-          {"instructions", kernelInstructions(plan.key, plan.needs_instances)},
+          {"instructions", kernelInstructions(plan.key, false)},
           {"ms", median(special_ms)},
           {"general_ms", median(general_ms)},
           {"ratio", median(general_ms) / median(special_ms)},
@@ -177,7 +177,6 @@ json runKernelExperiment(const ExperimentOptions& options) {
   const DeviceInfo device = renderer->device();
   const DeviceTraits traits{
       .ray_query = device.ray_query, .software = device.kind == "software", .max_instances = UINT64_MAX};
-  const std::size_t general_instructions = kernelInstructions(std::nullopt, device.ray_query);
   std::vector<double> ratios;
   for (const Scene& scene : scenes) {
     if (options.on_step) options.on_step(scene.name);
@@ -190,7 +189,7 @@ json runKernelExperiment(const ExperimentOptions& options) {
     const Plan plan = blockwalk::plan(resolved, volume->info(), traits, false, false);
     json entry = measureScene(*renderer, *volume, view, plan, options.samples);
     entry["name"] = scene.name;
-    entry["general_instructions"] = general_instructions;
+    entry["general_instructions"] = kernelInstructions(plan.key, true);
     askForEverything(*renderer, *volume);
     entry.update(residency(*volume, resolved, plan));
     ratios.push_back(entry["ratio"]);

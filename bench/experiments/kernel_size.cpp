@@ -6,11 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "render.spv.h"
-#include "render_general.spv.h"
-#include "render_general_rayquery.spv.h"
-#include "render_rayquery.spv.h"
-#include "renderer/vulkan/specialise.h"
+#include "renderer/vulkan/kernel_layouts.h"
 #include "volume/error.h"
 
 namespace blockwalk::bench {
@@ -20,13 +16,6 @@ constexpr std::size_t kHeaderWords = 5;  // SPIR-V specification, 2.3: physical 
 constexpr std::uint32_t kOpLine = 8;     // specification, 3.52: debug instructions are no code
 constexpr std::uint32_t kOpFunction = 54;
 constexpr std::uint32_t kOpNoLine = 317;
-
-std::span<const std::uint32_t> moduleOf(bool general, bool ray_query) {
-  if (general && ray_query) return render_general_rayquery_spirv;
-  if (general) return render_general_spirv;
-  if (ray_query) return render_rayquery_spirv;
-  return render_spirv;
-}
 
 std::size_t countInstructions(std::span<const std::uint32_t> words) {
   std::size_t count = 0;
@@ -41,15 +30,13 @@ std::size_t countInstructions(std::span<const std::uint32_t> words) {
 
 }  // namespace
 
-std::size_t kernelInstructions(const std::optional<KernelKey>& key, bool ray_query) {
+std::size_t kernelInstructions(const KernelKey& key, bool general) {
   spvtools::Optimizer optimizer(SPV_ENV_VULKAN_1_2);
   std::string complaint;
   optimizer.SetMessageConsumer(
       [&](spv_message_level_t, const char*, const spv_position_t&, const char* message) { complaint = message; });
   optimizer.RegisterPerformancePasses();
-  std::vector<std::uint32_t> special;
-  if (key) special = specialise(moduleOf(false, ray_query), *key);
-  const std::span<const std::uint32_t> module = key ? special : moduleOf(true, ray_query);
+  const std::vector<std::uint32_t> module = kernelWords(general ? generalKernel(key) : KernelName{.key = key});
   std::vector<std::uint32_t> optimised;
   spvtools::OptimizerOptions options;
   options.set_run_validator(false);  // the build has validated the module

@@ -3,14 +3,13 @@
 #pragma once
 
 #include <cstddef>
-#include <optional>
 
-#include "renderer/plan/plan.h"
+#include "renderer/plan/kernel_key.h"
 
 namespace blockwalk::bench {
 
-// SPIR-V instructions in the functions of the render kernel for `key` after its constants are set and SPIRV-Tools'
-// passes for speed have removed what cannot run; without a key those of the general kernel after the same passes.
-std::size_t kernelInstructions(const std::optional<KernelKey>& key, bool ray_query);
+// SPIR-V instructions in the functions of the render kernel for `key`, or of its general one, after its constants are
+// set and SPIRV-Tools' passes for speed have removed what cannot run.
+std::size_t kernelInstructions(const KernelKey& key, bool general);
 
 }  // namespace blockwalk::bench

@@ -14,7 +14,7 @@ namespace {
 
 #define BLOCKWALK_CHECK_ID(id, type, member, constant, initial) \
   static_assert(offsetof(KernelKey, member) == (id) * sizeof(std::uint32_t));
-BLOCKWALK_CHOICES(BLOCKWALK_CHECK_ID)
+BLOCKWALK_CHOICES(BLOCKWALK_CHECK_ID, BLOCKWALK_CHECK_ID)
 #undef BLOCKWALK_CHECK_ID
 static_assert(kKernelConstants == gpu::kChoiceCount);
 

@@ -58,8 +58,8 @@ struct Plan {
   bool needs_integrals = false;  // of the table, for pre-integration
   bool needs_masks = false;      // minimum, maximum and range mask of subblocks
   bool needs_cells = false;      // which cells of subblocks may show something
-  bool general = false;          // FrameOrder::general: `key` is read at run time
-  bool is_blank = false;         // nothing can be seen: no kernel at all, only background
+  KernelWish kernel = KernelWish::best;
+  bool is_blank = false;  // nothing can be seen: no kernel at all, only background
 
   bool needsRegion() const { return needs_clusters || needs_boundary; }
   bool queriesRays() const { return needs_instances || needsRegion(); }

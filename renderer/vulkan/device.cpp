@@ -122,7 +122,8 @@ Device::Device(const DeviceOptions& options) : on_message_(options.on_message) {
   try {
     createInstance(options);
     choosePhysicalDevice(options);
-    createDevice(options);
+    info_.ray_query = info_.ray_query && options.allow_ray_query;
+    createDevice();
     checkVectors();
   } catch (const vk::SystemError& error) {
     throw DeviceError(
@@ -186,8 +187,13 @@ void Device::choosePhysicalDevice(const DeviceOptions& options) {
                                 seen.empty() ? " none" : seen));
 }
 
-void Device::createDevice(const DeviceOptions& options) {
-  info_.ray_query = info_.ray_query && options.allow_ray_query;
+Device::Device(const Device& beside)
+    : on_message_(beside.on_message_), physical_(beside.physical_), info_(beside.info_) {
+  info_.memory_used_bytes = 0;
+  createDevice();
+}
+
+void Device::createDevice() {
   memory_ = physical_.getMemoryProperties();
   const auto families = physical_.getQueueFamilyProperties();
   const auto family = std::ranges::find_if(families, [](const auto& f) {

@@ -13,7 +13,8 @@ class Device {
  public:
   // Throws DeviceError: no Vulkan driver, no device of that name, or one that lacks a feature (the text says which).
   explicit Device(const DeviceOptions& options);
-  Device(const Device&) = delete;
+  // Another logical device of the same driver and processor, with a queue of its own. `beside` outlives it.
+  explicit Device(const Device& beside);
   Device& operator=(const Device&) = delete;
 
   const vk::raii::Device& handle() const { return device_; }
@@ -49,7 +50,7 @@ class Device {
   void endAndWait(const vk::raii::CommandBuffer& commands) const;
   void createInstance(const DeviceOptions& options);
   void choosePhysicalDevice(const DeviceOptions& options);
-  void createDevice(const DeviceOptions& options);
+  void createDevice();
   void checkVectors() const;
 
   std::function<void(const std::string&)> on_message_;

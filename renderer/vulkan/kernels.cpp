@@ -1,46 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/vulkan/kernels.h"
 
-#include "render.spv.h"
-#include "render_general.spv.h"
-#include "render_general_rayquery.spv.h"
-#include "render_rayquery.spv.h"
-#include "renderer/vulkan/specialise.h"
+#include <fmt/format.h>
+
+#include <utility>
 
 namespace blockwalk {
+namespace {
 
-Kernels::Kernels(const Device& device) : device_(device) {
-  const auto& handle = device.handle();
-  const vk::PushConstantRange push{
-      .stageFlags = vk::ShaderStageFlagBits::eCompute, .offset = 0, .size = kChoicesOffset + sizeof(KernelKey)};
-  plain_layout_ = handle.createPipelineLayout(vk::PipelineLayoutCreateInfo{}.setPushConstantRanges(push));
-  cache_ = handle.createPipelineCache({});
+constexpr std::size_t kMostDrawnOnce = 1024;
+
+}  // namespace
+
+bool isCommon(const KernelKey& key, bool software) {
+  const bool finder = key.finder == gpu::kFinderGrid || (key.finder == gpu::kFinderQuery && !software);
+  const bool output = key.output == gpu::kOutputColor || key.output == gpu::kOutputPoint;
+  return finder && output && key.walk != 0 && key.probe == 0 && key.mode != gpu::kModeBlocks;
+}
+
+Kernels::Kernels(const Device& device, bool background, std::size_t most)
+    : device_(device),
+      background_(background),
+      most_(most),
+      layouts_(device.handle(), device.rayQuery()),
+      maker_(device, layouts_) {
+  BLOCKWALK_CHECK(most, >=, 2u);
   if (!device.rayQuery()) return;
-
-  const vk::DescriptorSetLayoutBinding binding{.binding = 0,
-                                               .descriptorType = vk::DescriptorType::eAccelerationStructureKHR,
-                                               .descriptorCount = 1,
-                                               .stageFlags = vk::ShaderStageFlagBits::eCompute};
-  set_layout_ = handle.createDescriptorSetLayout(vk::DescriptorSetLayoutCreateInfo{}.setBindings(binding));
-  query_layout_ = handle.createPipelineLayout(
-      vk::PipelineLayoutCreateInfo{}.setSetLayouts(*set_layout_).setPushConstantRanges(push));
+  const auto& handle = device.handle();
   const vk::DescriptorPoolSize size{.type = vk::DescriptorType::eAccelerationStructureKHR, .descriptorCount = 1};
   descriptor_pool_ = handle.createDescriptorPool(
       vk::DescriptorPoolCreateInfo{.flags = vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, .maxSets = 1}
           .setPoolSizes(size));
   set_ = std::move(handle.allocateDescriptorSets(
-      vk::DescriptorSetAllocateInfo{.descriptorPool = *descriptor_pool_}.setSetLayouts(*set_layout_))[0]);
-}
-
-vk::raii::ShaderModule Kernels::makeModule(std::span<const std::uint32_t> words) const {
-  return device_.handle().createShaderModule({.codeSize = words.size_bytes(), .pCode = words.data()});
-}
-
-vk::raii::Pipeline Kernels::makePipeline(bool ray_query, vk::ShaderModule module) const {
-  const vk::PipelineShaderStageCreateInfo stage{
-      .stage = vk::ShaderStageFlagBits::eCompute, .module = module, .pName = "main"};
-  return device_.handle().createComputePipeline(
-      cache_, vk::ComputePipelineCreateInfo{.stage = stage, .layout = *layout(ray_query)});
+      vk::DescriptorSetAllocateInfo{.descriptorPool = *descriptor_pool_}.setSetLayouts(*layouts_.set()))[0]);
 }
 
 vk::DescriptorSet Kernels::bindInstances(vk::AccelerationStructureKHR instances) {
@@ -55,23 +47,70 @@ vk::DescriptorSet Kernels::bindInstances(vk::AccelerationStructureKHR instances)
   return *set_;
 }
 
-const vk::raii::Pipeline& Kernels::pipeline(const KernelKey& key) {
-  const auto found = pipelines_.find(key);
-  if (found != pipelines_.end()) return found->second;
-
-  const bool ray_query = key.queriesRays();
-  const std::vector<std::uint32_t> words =
-      specialise(ray_query ? std::span<const std::uint32_t>(render_rayquery_spirv) : render_spirv, key);
-  const vk::raii::ShaderModule module = makeModule(words);
-  return pipelines_.emplace(key, makePipeline(ray_query, *module)).first->second;
+Kernels::Kernel Kernels::choose(const KernelKey& key, KernelWish wish) {
+  takeMade();
+  if (wish == KernelWish::general) return {.pipeline = make(generalKernel(key)), .general = true};
+  if (wish == KernelWish::specialised || !background_) return {.pipeline = make({.key = key}), .general = false};
+  return chooseBest(key);
 }
 
-const vk::raii::Pipeline& Kernels::general(bool ray_query) {
-  const auto found = general_.find(ray_query);
-  if (found != general_.end()) return found->second;
-  const vk::raii::ShaderModule module =
-      ray_query ? makeModule(render_general_rayquery_spirv) : makeModule(render_general_spirv);
-  return general_.emplace(ray_query, makePipeline(ray_query, *module)).first->second;
+Kernels::Kernel Kernels::chooseBest(const KernelKey& key) {
+  const KernelName special{.key = key};
+  const KernelName general = generalKernel(key);
+  if (Pipeline found = find(special)) return {.pipeline = std::move(found), .general = false};
+  const bool common = isCommon(key, device_.isSoftware());
+  if (Pipeline found = find(general)) {
+    if (common && isAskedForAgain(key) && !failed_.contains(special)) maker_.ask(special);
+    return {.pipeline = std::move(found), .general = true};
+  }
+  if (common && families_.insert(general).second) {
+    Pipeline made = make(special);
+    maker_.ask(general);
+    return {.pipeline = std::move(made), .general = false};
+  }
+  return {.pipeline = make(general), .general = true};
+}
+
+bool Kernels::isAskedForAgain(const KernelKey& key) {
+  if (drawn_once_.contains(key)) return true;
+  if (drawn_once_.size() == kMostDrawnOnce) drawn_once_.clear();
+  drawn_once_.insert(key);
+  return false;
+}
+
+Kernels::Pipeline Kernels::find(const KernelName& name) {
+  const auto found = by_name_.find(name);
+  if (found == by_name_.end()) return nullptr;
+  ready_.splice(ready_.begin(), ready_, found->second);
+  return ready_.front().pipeline;
+}
+
+Kernels::Pipeline Kernels::keep(const KernelName& name, vk::raii::Pipeline pipeline) {
+  ++made_;
+  while (ready_.size() >= most_) {
+    by_name_.erase(ready_.back().name);
+    ready_.pop_back();
+  }
+  ready_.push_front({.name = name, .pipeline = std::make_shared<const vk::raii::Pipeline>(std::move(pipeline))});
+  by_name_.emplace(name, ready_.begin());
+  return ready_.front().pipeline;
+}
+
+Kernels::Pipeline Kernels::make(const KernelName& name) {
+  maker_.waitFor(name);
+  takeMade();
+  if (Pipeline found = find(name)) return found;
+  return keep(name, layouts_.make(name, kernelWords(name)));
+}
+
+void Kernels::takeMade() {
+  for (KernelMaker::Made& made : maker_.take()) {
+    if (made.pipeline) {
+      if (!by_name_.contains(made.name)) keep(made.name, std::move(*made.pipeline));
+    } else if (failed_.insert(made.name).second) {
+      device_.note(fmt::format("{}: no kernel '{}': {}", device_.info().name, describe(made.name.key), made.failure));
+    }
+  }
 }
 
 }  // namespace blockwalk

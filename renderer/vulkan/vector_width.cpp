@@ -48,15 +48,17 @@ __attribute__((target("avx2,fma"))) float sampleNarrow(const float* table) {
 constexpr std::uint16_t kAllLanes = 0xffff;
 
 __attribute__((target("avx512f,avx512bw,avx512dq,avx512vl"))) float sampleWide(const float* table) {
-  __m512i index = _mm512_setr_epi32(1, 3001, 601, 9007, 12011, 7001, 33, 15013, 2, 3002, 602, 9008, 12012, 7002, 34,
-                                    15014);
+  __m512i index =
+      _mm512_setr_epi32(1, 3001, 601, 9007, 12011, 7001, 33, 15013, 2, 3002, 602, 9008, 12012, 7002, 34, 15014);
   const __m512i step = _mm512_set1_epi32(static_cast<int>(0x9e3779b1));
   __m512 sum = _mm512_setzero_ps();
   for (int i = 0; i < kVectors; ++i) {
     index = _mm512_add_epi32(_mm512_mullo_epi32(index, step), step);
-    const __m512 value = _mm512_mask_i32gather_ps(sum, kAllLanes, _mm512_maskz_srli_epi32(kAllLanes, index, 18), table, 4);
+    const __m512 value =
+        _mm512_mask_i32gather_ps(sum, kAllLanes, _mm512_maskz_srli_epi32(kAllLanes, index, 18), table, 4);
     __m512 turned = _mm512_fmadd_ps(value, value, sum);
-    for (int turn = 0; turn < 8; ++turn) turned = _mm512_maskz_min_ps(kAllLanes, _mm512_fmadd_ps(turned, value, value), value);
+    for (int turn = 0; turn < 8; ++turn)
+      turned = _mm512_maskz_min_ps(kAllLanes, _mm512_fmadd_ps(turned, value, value), value);
     sum = turned;
   }
   float lanes[16];
@@ -83,7 +85,8 @@ std::string processorName() {
   std::array<unsigned, 12> words{};
   unsigned ignored = 0;
   for (unsigned i = 0; i < 3; ++i) {
-    if (__get_cpuid(0x80000002u + i, &words[4 * i], &words[4 * i + 1], &words[4 * i + 2], &words[4 * i + 3]) == 0) break;
+    if (__get_cpuid(0x80000002u + i, &words[4 * i], &words[4 * i + 1], &words[4 * i + 2], &words[4 * i + 3]) == 0)
+      break;
   }
   char name[sizeof words + 1] = {};
   std::memcpy(name, words.data(), sizeof words);

@@ -40,7 +40,9 @@ class DriverTest : public testing::Test {
     return json::parse(outcome.out);
   }
   bool isLavapipe() const { return device()["driver"] == "llvmpipe"; }
-  bool hasWideVectors() const { return device()["set_up"].get<std::string>().find("times as fast") != std::string::npos; }
+  bool hasWideVectors() const {
+    return device()["set_up"].get<std::string>().find("times as fast") != std::string::npos;
+  }
   // Bytes of what is kept below a folder of the cache.
   std::uintmax_t kept(const std::string& folder) const {
     std::uintmax_t bytes = 0;
@@ -55,8 +57,7 @@ class DriverTest : public testing::Test {
 
  private:
   static constexpr const char* kNames[] = {"LP_NATIVE_VECTOR_WIDTH", "MESA_SHADER_CACHE_DIR",
-                                           "MESA_SHADER_CACHE_DISABLE", "MESA_SHADER_CACHE_MAX_SIZE",
-                                           "XDG_CACHE_HOME"};
+                                           "MESA_SHADER_CACHE_DISABLE", "MESA_SHADER_CACHE_MAX_SIZE", "XDG_CACHE_HOME"};
   std::vector<std::pair<bool, std::string>> before_;
 };
 

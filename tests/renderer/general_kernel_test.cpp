@@ -56,7 +56,7 @@ class GeneralKernelTest : public RendererTest {
     EXPECT_EQ(general.stats.voxel_steps, special.stats.voxel_steps) << toString(view);
     EXPECT_EQ(general.stats.loop_bound_hits, 0u);
     const ImageError error = compareImages(special, general);
-    EXPECT_LE(error.largest, 1) << toString(view) << ": " << error.worst;
+    EXPECT_EQ(error.largest, 0) << toString(view) << ": " << error.worst;
     EXPECT_GT(std::set(special.pixels.begin(), special.pixels.end()).size(), 30u) << toString(view);
   }
 };
