@@ -77,9 +77,8 @@ double BandRunner::run(const Kernels::Kernel& kernel, const Plan& plan, int widt
   commands_.writeTimestamp(vk::PipelineStageFlagBits::eBottomOfPipe, *timestamps_, kBandEnd);
   commands_.end();
   device_.handle().resetFences(*fence_);
-  device_.queue().submit(vk::SubmitInfo{}.setCommandBuffers(*commands_), *fence_);
-  while (device_.handle().waitForFences(*fence_, VK_TRUE, 1'000'000'000) == vk::Result::eTimeout) {
-  }
+  device_.submit(commands_, *fence_);
+  device_.wait(*fence_);
   const auto [result, ticks] = timestamps_.getResults<std::uint64_t>(
       0, kTimestampCount, kTimestampCount * sizeof(std::uint64_t), sizeof(std::uint64_t), vk::QueryResultFlagBits::e64);
   const std::uint64_t elapsed = (ticks[kBandEnd] - ticks[kBandBegin]) & device_.timestampMask();

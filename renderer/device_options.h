@@ -1,12 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 namespace blockwalk {
+
+// Where a device may fail, and how: for tests (renderer/vulkan/device_calls.h).
+enum class DeviceCall : std::uint8_t { allocate, compile, submit, wait };
+enum class DeviceFault : std::uint8_t { none, out_of_memory, lost };
 
 struct DeviceOptions {
   std::string device;           // part of a name, or an index; empty: discrete, else integrated, else software
@@ -24,6 +30,10 @@ struct DeviceOptions {
   double band_ms = 25;            // frames are cut into bands of about this device time
   // Of sums that refinements keep between their steps, all together (renderer/resident/kept_sums.h).
   std::uint64_t kept_sum_bytes = std::uint64_t{256} << 20;
+  // A submission that takes longer hangs, and the device is lost; by default 20 s, on a software device 300 s.
+  std::optional<std::chrono::milliseconds> longest_wait{};
+  // Asked before each call how it should fail. Null: not at all.
+  std::function<DeviceFault(DeviceCall)> inject_fault{};
   std::function<void(const std::string&)> on_message;  // validation messages and one-time notes
 };
 

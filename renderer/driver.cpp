@@ -2,7 +2,9 @@
 #include "renderer/driver.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <pwd.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdlib>
@@ -49,6 +51,8 @@ std::filesystem::path cacheFolder() {
 bool keepsKernels() { return !isTrue(environment(kCacheDisable)); }
 
 DriverSetUp setUpDriver() {
+  rlimit space{};
+  if (getrlimit(RLIMIT_AS, &space) == 0 && space.rlim_cur != RLIM_INFINITY) mallopt(M_ARENA_MAX, 2);
   DriverSetUp result;
   std::filesystem::path folder = cacheFolder();
   if (!folder.empty() && !makeFolder(folder)) folder.clear();

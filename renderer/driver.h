@@ -26,7 +26,8 @@ std::filesystem::path cacheFolder();
 // And always MESA_SHADER_CACHE_DIR, to a folder for that width alone below the user's or else the cache folder: Mesa's
 // cache knows the driver, LLVM and the processor by itself, but not the width, and would hand kernels of one width to a
 // process of another. MESA_SHADER_CACHE_DISABLE stands.
-// To be called before the first renderer is made, and before there is a second thread.
+// Where the address space is limited (RLIMIT_AS), malloc is held to two arenas: each takes 64 MiB of it, and every
+// thread would have its own. To be called before the first renderer is made, and before there is a second thread.
 DriverSetUp setUpDriver();
 
 // Whether Mesa was left to keep kernels.

@@ -13,6 +13,8 @@
 namespace blockwalk {
 namespace {
 
+// Of a pixel on the host: what it holds, a copy that is encoded, and the reply.
+constexpr std::size_t kHostPixelBytes = 24;
 constexpr std::size_t kMaxBandPixels = std::size_t{1} << 22;
 
 std::uint64_t sum(const gpu::uint (&words)[2]) { return words[0] | std::uint64_t{words[1]} << 32; }
@@ -229,11 +231,13 @@ void FrameRenderer::probeFinders(VulkanVolume& volume, const ResolvedView& view,
       small.finder = finder;
       Plan tried = plan(small, volume.info(), traits(volume), false, false);
       tried.kernel = KernelWish::specialised;
-      const Frame frame = drawPlan(volume, small, tried, {.count = false, .cancel = order.cancel}, Clock::now());
+      const Frame frame = device_.calls().translate("finder auto", [&] {
+        return drawPlan(volume, small, tried, {.count = false, .cancel = order.cancel}, Clock::now());
+      });
       cancelled = cancelled || frame.cancelled;
       return frame.stats.gpu_ms;
     });
-  } catch (const vk::SystemError& error) {
+  } catch (const OutOfDeviceMemory& error) {
     // What needs less may still do: the instances take more memory than the grid.
     device_.note(fmt::format("finder auto: query and grid could not be compared ({}); the grid serves", error.what()));
   }
@@ -305,6 +309,7 @@ Frame FrameRenderer::render(VulkanVolume& volume, const FrameOrder& order) {
 Frame FrameRenderer::drawPlan(VulkanVolume& volume, const ResolvedView& view, const Plan& plan, const FrameOrder& order,
                               Clock::time_point start) {
   const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+  device_.memory().requireOfHost(pixels * kHostPixelBytes, "a picture");
   Frame frame;
   frame.width = view.width;
   frame.height = view.height;

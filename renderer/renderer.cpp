@@ -13,7 +13,7 @@ class VulkanRenderer final : public Renderer {
   explicit VulkanRenderer(const DeviceOptions& options)
       : device_(options), frames_(device_, options), chunk_bytes_(options.chunk_bytes) {
     if (!device_.rayQuery()) {
-      device_.note(fmt::format("{}: no ray queries{}; the grid finder serves everything", device_.info().name,
+      device_.note(fmt::format("{}: no ray queries{}; the grid finder serves everything", device_.name(),
                                options.allow_ray_query ? "" : " (hidden)"));
     }
   }
@@ -21,11 +21,7 @@ class VulkanRenderer final : public Renderer {
   // Vulkan's exceptions end here.
   template <typename Work>
   auto guarded(Work&& work) {
-    try {
-      return work();
-    } catch (const vk::SystemError& error) {
-      throw DeviceError(fmt::format("{}: {}", device_.info().name, error.what()));
-    }
+    return device_.calls().translate("a frame", work);
   }
 
   DeviceInfo device() const override { return device_.info(); }

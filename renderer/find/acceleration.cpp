@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/find/acceleration.h"
 
+#include <fmt/format.h>
+
+#include "view/view.h"
+
 namespace blockwalk {
 namespace {
 
@@ -59,6 +63,11 @@ AccelerationStructure compacted(Device& device, const AccelerationStructure& lar
 
 AccelerationStructure buildCompacted(Device& device, const vk::AccelerationStructureGeometryKHR& geometry,
                                      std::uint32_t count) {
+  if (count > device.maxPrimitives()) {
+    throw ViewError("finder", fmt::format("what shows something has {} boxes or triangles, the device takes {}; use "
+                                          "larger macrocells, a coarser level, or another finder",
+                                          count, device.maxPrimitives()));
+  }
   return compacted(device, build(device, vk::AccelerationStructureTypeKHR::eBottomLevel, geometry, count,
                                  vk::BuildAccelerationStructureFlagBitsKHR::eAllowCompaction));
 }

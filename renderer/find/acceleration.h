@@ -25,7 +25,8 @@ AccelerationStructure buildBlockInstances(Device& device, const AccelerationStru
                                           int block_voxels);
 
 // Bottom-level structures, compacted (Wald et al. 2021, 4.2.3). Boxes are VkAabbPositionsKHR; triangles three vertices
-// of three floats each, opaque. `count` is at least 1 and at most Device::maxPrimitives().
+// of three floats each, opaque. `count` is at least 1. Throws ViewError above
+// Device::maxPrimitives().
 AccelerationStructure buildBoxes(Device& device, const Buffer& boxes, std::uint32_t count);
 AccelerationStructure buildTriangles(Device& device, const Buffer& vertices, std::uint32_t count);
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/vulkan/buffer.h"
 
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <cstring>
 
@@ -46,39 +44,39 @@ Buffer::Buffer(Device& device, std::uint64_t bytes, BufferUse use)
     : device_(&device), bytes_(std::max<std::uint64_t>(bytes, 16)) {
   const UseFlags flags = flagsOf(use);
   try {
-    buffer_ = device.handle().createBuffer(
-        {.size = bytes_, .usage = flags.usage | vk::BufferUsageFlagBits::eShaderDeviceAddress});
-    const auto needs = buffer_.getMemoryRequirements();
-    const std::uint32_t type = device.memoryType(needs.memoryTypeBits, flags.required, flags.preferred);
-    const vk::MemoryAllocateFlagsInfo addressable{.flags = vk::MemoryAllocateFlagBits::eDeviceAddress};
-    memory_ =
-        device.handle().allocateMemory({.pNext = &addressable, .allocationSize = needs.size, .memoryTypeIndex = type});
-    buffer_.bindMemory(*memory_, 0);
-    address_ = device.handle().getBufferAddress({.buffer = *buffer_});
-    const auto mappable = vk::MemoryPropertyFlagBits::eHostVisible | vk::MemoryPropertyFlagBits::eHostCoherent;
-    if ((device.memoryFlags(type) & mappable) == mappable) {
-      mapped_ = static_cast<std::byte*>(memory_.mapMemory(0, VK_WHOLE_SIZE));
-    }
-  } catch (const vk::SystemError& error) {
-    throw DeviceError(fmt::format("{}: no memory for {} bytes ({} in use, budget {}): {}", device.info().name, bytes_,
-                                  device.info().memory_used_bytes, device.info().memory_budget_bytes, error.what()));
+    if (bytes_ > Memory::kMostSmallBytes) device.memory().require(bytes_, "a buffer");
+    device.calls().translate("a buffer", [&] {
+      buffer_ = device.handle().createBuffer(
+          {.size = bytes_, .usage = flags.usage | vk::BufferUsageFlagBits::eShaderDeviceAddress});
+      const auto needs = buffer_.getMemoryRequirements();
+      piece_ =
+          device.memory().take(needs, device.memoryType(needs.memoryTypeBits, flags.required, flags.preferred), use);
+      buffer_.bindMemory(piece_.memory, piece_.offset);
+      address_ = device.handle().getBufferAddress({.buffer = *buffer_});
+    });
+  } catch (...) {
+    release();
+    throw;
   }
-  device.usedBytes() += bytes_;
 }
 
 Buffer& Buffer::operator=(Buffer&& other) noexcept {
   std::swap(device_, other.device_);
-  std::swap(memory_, other.memory_);
+  std::swap(piece_, other.piece_);
   std::swap(buffer_, other.buffer_);
   std::swap(bytes_, other.bytes_);
   std::swap(address_, other.address_);
-  std::swap(mapped_, other.mapped_);
   return *this;
 }
 
-Buffer::~Buffer() {
-  if (device_ != nullptr) device_->usedBytes() -= bytes_;
+// The buffer before what it is bound to.
+void Buffer::release() noexcept {
+  buffer_ = nullptr;
+  if (piece_.memory) device_->memory().give(piece_);
+  piece_ = {};
 }
+
+Buffer::~Buffer() { release(); }
 
 void uploadBytes(Device& device, const Buffer& target, std::uint64_t offset, std::uint64_t bytes,
                  const std::function<void(std::uint64_t, std::span<std::byte>)>& fill) {

@@ -9,17 +9,7 @@
 
 namespace blockwalk {
 
-enum class BufferUse {
-  resident,   // device memory, written once; mapped where device memory is host-visible
-  upload,     // host memory, read by the device
-  readback,   // host memory, cached, written by the device
-  structure,  // acceleration structure storage
-  instances,  // input of an acceleration structure build, host memory
-  geometry,   // the same, written by a kernel
-  scratch,    // acceleration structure scratch
-};
-
-// Move-only owner. Throws DeviceError with the needed bytes when memory is short.
+// Move-only owner. Throws OutOfDeviceMemory with the needed and free bytes when memory is short.
 class Buffer {
  public:
   Buffer() = default;
@@ -31,21 +21,22 @@ class Buffer {
   vk::Buffer handle() const { return *buffer_; }
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t address() const { return address_; }
-  bool isMapped() const { return mapped_ != nullptr; }
+  bool isMapped() const { return piece_.mapped != nullptr; }
   // Only when isMapped().
-  std::span<std::byte> mapped() const { return {mapped_, bytes_}; }
+  std::span<std::byte> mapped() const { return {piece_.mapped, bytes_}; }
   template <typename T>
   std::span<T> mappedAs() const {
-    return {reinterpret_cast<T*>(mapped_), bytes_ / sizeof(T)};
+    return {reinterpret_cast<T*>(piece_.mapped), bytes_ / sizeof(T)};
   }
 
  private:
+  void release() noexcept;
+
   Device* device_ = nullptr;
-  vk::raii::DeviceMemory memory_{nullptr};
+  Memory::Piece piece_;
   vk::raii::Buffer buffer_{nullptr};
   std::uint64_t bytes_ = 0;
   std::uint64_t address_ = 0;
-  std::byte* mapped_ = nullptr;
 };
 
 // Copies host bytes into `target` at `offset`: by the mapping, or through a staging buffer of bounded size.

@@ -123,7 +123,7 @@ Device::Device(const DeviceOptions& options) : on_message_(options.on_message) {
     createInstance(options);
     choosePhysicalDevice(options);
     info_.ray_query = info_.ray_query && options.allow_ray_query;
-    createDevice();
+    createDevice(options);
     checkVectors();
   } catch (const vk::SystemError& error) {
     throw DeviceError(
@@ -187,14 +187,12 @@ void Device::choosePhysicalDevice(const DeviceOptions& options) {
                                 seen.empty() ? " none" : seen));
 }
 
-Device::Device(const Device& beside)
+Device::Device(const Device& beside, const DeviceOptions& options)
     : on_message_(beside.on_message_), physical_(beside.physical_), info_(beside.info_) {
-  info_.memory_used_bytes = 0;
-  createDevice();
+  createDevice(options);
 }
 
-void Device::createDevice() {
-  memory_ = physical_.getMemoryProperties();
+void Device::createDevice(const DeviceOptions& options) {
   const auto families = physical_.getQueueFamilyProperties();
   const auto family = std::ranges::find_if(families, [](const auto& f) {
     return static_cast<bool>(f.queueFlags & vk::QueueFlagBits::eCompute) && f.timestampValidBits > 0;
@@ -223,8 +221,14 @@ void Device::createDevice() {
       .queueFamilyIndex = queue_family_, .queueCount = 1, .pQueuePriorities = &priority};
   auto& create = chain.get<vk::DeviceCreateInfo>();
   create.setQueueCreateInfos(queue);
-  if (info_.ray_query) create.setPEnabledExtensionNames(kRayQueryExtensions);
+  std::vector<const char*> extensions;
+  if (info_.ray_query) extensions.assign(kRayQueryExtensions.begin(), kRayQueryExtensions.end());
+  const bool has_budget = hasExtensions(physical_, std::array{VK_EXT_MEMORY_BUDGET_EXTENSION_NAME});
+  if (has_budget) extensions.push_back(VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
+  create.setPEnabledExtensionNames(extensions);
   device_ = vk::raii::Device(physical_, create);
+  calls_ = std::make_unique<DeviceCalls>(info_.name, options, isSoftware());
+  memory_ = std::make_unique<Memory>(physical_, device_, *calls_, isSoftware(), has_budget);
   queue_ = device_.getQueue(queue_family_, 0);
   pool_ = device_.createCommandPool(
       {.flags = vk::CommandPoolCreateFlagBits::eTransient, .queueFamilyIndex = queue_family_});
@@ -235,6 +239,7 @@ void Device::createDevice() {
   max_allocation_bytes_ = properties.get<vk::PhysicalDeviceVulkan11Properties>().maxMemoryAllocationSize;
   const auto& acceleration = properties.get<vk::PhysicalDeviceAccelerationStructurePropertiesKHR>();
   max_instances_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(acceleration.maxInstanceCount, 0xffffffffu));
+  max_primitives_ = acceleration.maxPrimitiveCount;
   scratch_alignment_ = std::max(1u, acceleration.minAccelerationStructureScratchOffsetAlignment);
 }
 
@@ -251,9 +256,10 @@ void Device::checkVectors() const {
 
 std::uint32_t Device::memoryType(std::uint32_t type_bits, vk::MemoryPropertyFlags required,
                                  vk::MemoryPropertyFlags preferred) const {
+  const vk::PhysicalDeviceMemoryProperties memory = physical_.getMemoryProperties();
   for (const vk::MemoryPropertyFlags flags : {required | preferred, required}) {
-    for (std::uint32_t i = 0; i < memory_.memoryTypeCount; ++i) {
-      if ((type_bits >> i & 1u) != 0 && (memory_.memoryTypes[i].propertyFlags & flags) == flags) return i;
+    for (std::uint32_t i = 0; i < memory.memoryTypeCount; ++i) {
+      if ((type_bits >> i & 1u) != 0 && (memory.memoryTypes[i].propertyFlags & flags) == flags) return i;
     }
   }
   throw DeviceError(fmt::format("{}: no memory type with {}", info_.name, vk::to_string(required)));
@@ -272,22 +278,19 @@ vk::raii::CommandBuffer Device::beginCommands() const {
 void Device::endAndWait(const vk::raii::CommandBuffer& commands) const {
   commands.end();
   const vk::raii::Fence fence = device_.createFence({});
-  queue_.submit(vk::SubmitInfo{}.setCommandBuffers(*commands), *fence);
-  while (device_.waitForFences(*fence, VK_TRUE, 1'000'000'000) == vk::Result::eTimeout) {
-  }
+  submit(commands, *fence);
+  wait(*fence);
 }
 
-std::vector<DeviceInfo> listDevices() {
-  try {
-    const vk::raii::Context context;
-    const vk::ApplicationInfo application{.pApplicationName = "blockwalk", .apiVersion = VK_API_VERSION_1_2};
-    const vk::raii::Instance instance(context, vk::InstanceCreateInfo{.pApplicationInfo = &application});
-    std::vector<DeviceInfo> infos;
-    for (const auto& device : sortedDevices(instance)) infos.push_back(describe(device));
-    return infos;
-  } catch (const vk::SystemError& error) {
-    throw DeviceError(fmt::format("Vulkan did not start: {}", error.what()));
-  }
+void Device::submit(const vk::raii::CommandBuffer& commands, vk::Fence fence) const {
+  calls_->guard(DeviceCall::submit, "a submission",
+                [&] { queue_.submit(vk::SubmitInfo{}.setCommandBuffers(*commands), fence); });
+}
+
+DeviceInfo Device::info() const {
+  DeviceInfo info = info_;
+  info.memory_used_bytes = memory_->usedBytes();
+  return info;
 }
 
 }  // namespace blockwalk

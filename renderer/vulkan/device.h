@@ -2,9 +2,12 @@
 // The Vulkan device: one compute queue, the features the kernels need, and validation when asked for.
 #pragma once
 
+#include <memory>
 #include <vulkan/vulkan_raii.hpp>
 
 #include "renderer/device_options.h"
+#include "renderer/vulkan/device_calls.h"
+#include "renderer/vulkan/memory.h"
 #include "view/device_info.h"
 
 namespace blockwalk {
@@ -14,28 +17,34 @@ class Device {
   // Throws DeviceError: no Vulkan driver, no device of that name, or one that lacks a feature (the text says which).
   explicit Device(const DeviceOptions& options);
   // Another logical device of the same driver and processor, with a queue of its own. `beside` outlives it.
-  explicit Device(const Device& beside);
+  Device(const Device& beside, const DeviceOptions& options);
   Device& operator=(const Device&) = delete;
 
   const vk::raii::Device& handle() const { return device_; }
-  const vk::raii::Queue& queue() const { return queue_; }
   std::uint32_t queueFamily() const { return queue_family_; }
-  const DeviceInfo& info() const { return info_; }
+  DeviceInfo info() const;
+  const std::string& name() const { return info_.name; }
   bool rayQuery() const { return info_.ray_query; }
   bool isSoftware() const { return info_.kind == "software"; }
   double timestampPeriodNs() const { return timestamp_period_ns_; }
   std::uint64_t timestampMask() const { return timestamp_mask_; }
   std::uint64_t maxAllocationBytes() const { return max_allocation_bytes_; }
   std::uint32_t maxInstances() const { return max_instances_; }
+  std::uint64_t maxPrimitives() const { return max_primitives_; }
   std::uint32_t scratchAlignment() const { return scratch_alignment_; }
 
   // Index of a memory type among `type_bits` with all of `required`, preferring `preferred`; throws DeviceError.
   std::uint32_t memoryType(std::uint32_t type_bits, vk::MemoryPropertyFlags required,
                            vk::MemoryPropertyFlags preferred) const;
-  vk::MemoryPropertyFlags memoryFlags(std::uint32_t type) const { return memory_.memoryTypes[type].propertyFlags; }
 
   void note(const std::string& text) const;
-  std::uint64_t& usedBytes() { return info_.memory_used_bytes; }
+  Memory& memory() { return *memory_; }
+  const Memory& memory() const { return *memory_; }
+  DeviceCalls& calls() const { return *calls_; }
+
+  // Every submission of the device; `fence` is not signalled. Throws as DeviceCalls::guard() does.
+  void submit(const vk::raii::CommandBuffer& commands, vk::Fence fence) const;
+  void wait(vk::Fence fence) const { calls_->wait(device_, fence); }
 
   // Records with `record`, submits, and waits. For set-up work; frames have their own command buffers.
   template <typename Record>
@@ -50,7 +59,7 @@ class Device {
   void endAndWait(const vk::raii::CommandBuffer& commands) const;
   void createInstance(const DeviceOptions& options);
   void choosePhysicalDevice(const DeviceOptions& options);
-  void createDevice();
+  void createDevice(const DeviceOptions& options);
   void checkVectors() const;
 
   std::function<void(const std::string&)> on_message_;
@@ -59,15 +68,17 @@ class Device {
   vk::raii::DebugUtilsMessengerEXT messenger_{nullptr};
   vk::raii::PhysicalDevice physical_{nullptr};
   vk::raii::Device device_{nullptr};
+  std::unique_ptr<DeviceCalls> calls_;
+  std::unique_ptr<Memory> memory_;
   vk::raii::Queue queue_{nullptr};
   vk::raii::CommandPool pool_{nullptr};
-  vk::PhysicalDeviceMemoryProperties memory_;
   DeviceInfo info_;
   std::uint32_t queue_family_ = 0;
   std::uint64_t timestamp_mask_ = 0;
   double timestamp_period_ns_ = 1;
   std::uint64_t max_allocation_bytes_ = 0;
   std::uint32_t max_instances_ = 0;
+  std::uint64_t max_primitives_ = 0;
   std::uint32_t scratch_alignment_ = 1;
 };
 

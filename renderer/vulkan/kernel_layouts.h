@@ -41,6 +41,10 @@ class KernelLayouts {
   vk::raii::PipelineLayout query_{nullptr};
 };
 
+// That a driver takes for one at most. What its compiler takes meanwhile is in the reserve
+// (renderer/vulkan/memory.cpp).
+constexpr std::uint64_t kKernelBytes = std::uint64_t{16} << 20;
+
 // Of push constants: where a general kernel reads its key.
 constexpr std::uint32_t kChoicesOffset = sizeof(gpu::PushConstants);
 

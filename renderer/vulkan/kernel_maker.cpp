@@ -22,7 +22,9 @@ constexpr int kNice = 5;
 
 struct KernelMaker::Bench {
   explicit Bench(const Device& beside)
-      : device(beside), layouts(device.handle(), false), params(device, sizeof(gpu::FrameParams), BufferUse::upload) {
+      : device(beside, {}),
+        layouts(device.handle(), false),
+        params(device, sizeof(gpu::FrameParams), BufferUse::upload) {
     std::ranges::fill(params.mapped(), std::byte{0});
   }
 
@@ -61,9 +63,10 @@ std::vector<KernelMaker::Made> KernelMaker::take() {
   return std::exchange(made_, {});
 }
 
-void KernelMaker::waitFor(const KernelName& name) {
+void KernelMaker::claim(const KernelName& name) {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return at_hand_ != name && std::ranges::find(waiting_, name) == waiting_.end(); });
+  std::erase(waiting_, name);
+  changed_.wait(lock, [&] { return at_hand_ != name; });
 }
 
 void KernelMaker::run() {
@@ -88,6 +91,7 @@ void KernelMaker::run() {
 }
 
 KernelMaker::Made KernelMaker::make(const KernelName& name) try {
+  device_.memory().requireOfHost(kKernelBytes, "a kernel");
   const std::vector<std::uint32_t> words = kernelWords(name);
   if (device_.isSoftware() && keepsKernels() && !name.key.queriesRays()) translate(name, words);
   return {.name = name, .pipeline = layouts_.make(name, words), .failure = {}};

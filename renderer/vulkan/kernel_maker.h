@@ -41,8 +41,8 @@ class KernelMaker {
   };
   // Those made since the last call.
   std::vector<Made> take();
-  // If it is being made or waits, not before it is made.
-  void waitFor(const KernelName& name);
+  // For whoever makes it now: it waits no longer. Where it is at hand, returns when it is made.
+  void claim(const KernelName& name);
 
   static constexpr std::size_t kMostWaiting = 16;
 

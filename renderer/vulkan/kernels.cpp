@@ -97,10 +97,12 @@ Kernels::Pipeline Kernels::keep(const KernelName& name, vk::raii::Pipeline pipel
 }
 
 Kernels::Pipeline Kernels::make(const KernelName& name) {
-  maker_.waitFor(name);
+  maker_.claim(name);
   takeMade();
   if (Pipeline found = find(name)) return found;
-  return keep(name, layouts_.make(name, kernelWords(name)));
+  device_.memory().requireOfHost(kKernelBytes, "a kernel");
+  return keep(name, device_.calls().guard(DeviceCall::compile, "a kernel",
+                                          [&] { return layouts_.make(name, kernelWords(name)); }));
 }
 
 void Kernels::takeMade() {
@@ -108,7 +110,7 @@ void Kernels::takeMade() {
     if (made.pipeline) {
       if (!by_name_.contains(made.name)) keep(made.name, std::move(*made.pipeline));
     } else if (failed_.insert(made.name).second) {
-      device_.note(fmt::format("{}: no kernel '{}': {}", device_.info().name, describe(made.name.key), made.failure));
+      device_.note(fmt::format("{}: no kernel '{}': {}", device_.name(), describe(made.name.key), made.failure));
     }
   }
 }
