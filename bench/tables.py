@@ -198,8 +198,28 @@ def paper_octree(result):
         yield f"{name}: MB on the device: {parts(sizes)}."
 
 
-TABLES = {"error": error, "kernels": kernels, "masks": masks, "paper-blocks": paper_blocks, "paper-boundary": paper_boundary,
-          "paper-octree": paper_octree}
+def frames(result):
+    for volume in result["volumes"]:
+        yield f"{volume['file']}: {megabytes(volume['resident_bytes'])} MB resident."
+        yield ""
+        yield row("finder", "ms", "least ms", "queries", "blocks", "subblocks", "voxels")
+        yield row(*["---"] * 7)
+        for name, run in volume["variants"].items():
+            yield row(name, f"{run['median_ms']:.2f}", f"{run['min_ms']:.2f}", run["queries"], run["block_visits"],
+                      run["subblock_visits"], run["voxel_steps"])
+        yield ""
+
+
+def refine(result):
+    yield row("volume", "samples", "first ms", "drawn ms", "with encoding ms")
+    yield row(*["---"] * 5)
+    for volume in result["volumes"]:
+        for way in ("at_once", "in_steps"):
+            yield row(volume["file"], way.replace("_", " "), *(f"{volume[way][what]:.1f}" for what in ("first_ms", "drawn_ms", "encoded_ms")))
+
+
+TABLES = {"error": error, "frames": frames, "kernels": kernels, "masks": masks, "paper-blocks": paper_blocks, "paper-boundary": paper_boundary,
+          "paper-octree": paper_octree, "refine": refine}
 
 
 def main():
