@@ -47,8 +47,7 @@ T majorityOf(const DenseLevel& fine, glm::ivec3 coarse) {
 template <typename T>
 void expectMajorities(MemorySource& source) {
   const ScratchFolder folder;
-  buildVolume(source, folder / "labels.bwv",
-              {.subblock_side = 4, .block_side = 2, .values = ValuesRule::labels});
+  buildVolume(source, folder / "labels.bwv", {.subblock_side = 4, .block_side = 2, .values = ValuesRule::labels});
   const VolumeFile file(folder / "labels.bwv");
   EXPECT_EQ(file.info().channels[0].values, ChannelValues::labels);
   ASSERT_GT(file.info().levels.size(), 2u);
@@ -76,8 +75,7 @@ TEST(BuilderLabels, CoarserLevelsHoldTheMostFrequent) {
   MemorySource reals(VoxelType::f32, {33, 20, 40});
   for (int i = 0; i < 33 * 20 * 40; ++i) {
     const unsigned value = random() % 5;
-    reals.set<float>({i % 33, i / 33 % 20, i / 33 / 20},
-                     value == 4 ? std::nanf("") : static_cast<float>(value) * 2.5f);
+    reals.set<float>({i % 33, i / 33 % 20, i / 33 / 20}, value == 4 ? std::nanf("") : static_cast<float>(value) * 2.5f);
   }
   // NaN is empty as 0 is, and a stored one counts as that.
   for (std::size_t at = 0; at < reals.voxels.size(); at += 4) {

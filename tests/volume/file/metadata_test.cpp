@@ -23,8 +23,8 @@ VolumeInfo everythingKnown() {
   info.channels[0].unit = "HU";
   info.channels[0].color = Color{255, 0, 16};
   info.channels[0].window = {-100.5, 1e30};
-  info.channels[1].labels = {{.value = -2, .name = "air"}, {.value = 3, .name = "left lung", .color = Color{1, 2, 3}},
-                             {.value = 70000}};
+  info.channels[1].labels = {
+      {.value = -2, .name = "air"}, {.value = 3, .name = "left lung", .color = Color{1, 2, 3}}, {.value = 70000}};
   return info;
 }
 
