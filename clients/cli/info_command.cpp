@@ -49,6 +49,12 @@ std::string histogramLine(const json& counts) {
   return line;
 }
 
+// Text that may not be there; nothing of older servers.
+std::string textOf(const json& object, const char* member) {
+  const auto found = object.find(member);
+  return found == object.end() || !found->is_string() ? std::string() : found->get<std::string>();
+}
+
 // What a channel holds.
 void printValues(const json& channel) {
   const json& histogram = channel.at("histogram");
@@ -65,12 +71,6 @@ void printValues(const json& channel) {
              channel.at("largest_rounding").get<double>());
   fmt::print("histogram         {} .. {}\n  {}\n", histogram.at("lo").get<double>(), histogram.at("hi").get<double>(),
              histogramLine(histogram.at("counts")));
-}
-
-// Text that may not be there; nothing of older servers.
-std::string textOf(const json& object, const char* member) {
-  const auto found = object.find(member);
-  return found == object.end() || !found->is_string() ? std::string() : found->get<std::string>();
 }
 
 void printMetadata(const json& volume) {
