@@ -12,8 +12,9 @@ template <typename T>
 void ValuesGuess::addAs(std::span<const std::byte> voxels) {
   const std::size_t count = voxels.size() / sizeof(T);
   const auto empty = static_cast<int>(std::clamp(empty_, -1.0f, 65536.0f));
-  constexpr std::size_t kRun = 4096;  // whose counts stay narrow
-  for (std::size_t begin = 0; begin + 1 < count; begin += kRun) {
+  constexpr std::size_t kRun = 512;  // looked at of each kStep
+  constexpr std::size_t kStep = 4096;
+  for (std::size_t begin = 0; begin + 1 < count; begin += kStep) {
     const std::size_t end = std::min(begin + kRun, count - 1);
     std::uint32_t pairs = 0;
     std::uint32_t equal = 0;

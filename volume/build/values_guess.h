@@ -10,8 +10,9 @@
 
 namespace blockwalk {
 
-// Looks at neighbouring voxels of one channel of u8 or u16 while they pass by. Labels are few values, or regions of one
-// value each whose numbers say nothing of their neighbours'; amounts change from voxel to voxel, and mostly by little.
+// Looks at some of the neighbouring voxels of one channel of u8 or u16 while they pass by. Labels are few values, or
+// regions of one value each whose numbers say nothing of their neighbours'; amounts change from voxel to voxel, and
+// mostly by little.
 class ValuesGuess {
  public:
   // `empty`: the stored value that means nothing, as far as that is known before reading.
