@@ -31,6 +31,11 @@ constexpr int kMaxChannels = 4;
 constexpr std::size_t kMaxNameBytes = 1024;  // of the source, of a label, of what else is for people
 constexpr std::size_t kMaxChannelNameBytes = 64;
 
+// What the voxels of a coarser level are made of: means or most frequent labels, or the greatest density, which is
+// what a maximum along rays is drawn from. Level 0 and level 1 have values alone.
+enum class Form : std::uint8_t { values = 0, maxima = 1 };
+constexpr int kFirstMaximaLevel = 2;
+
 // Size of one level, known without reading its records.
 struct LevelInfo {
   glm::ivec3 dims{0};  // voxels: ceil(level 0 dims / 2^n)
@@ -102,8 +107,18 @@ struct VolumeInfo {
   glm::dmat4 world_from_index{1.0};
   Metadata metadata;
   std::vector<LevelInfo> levels;                                    // [0] is the finest
+  std::vector<LevelInfo> maxima;                                    // [0] is level kFirstMaximaLevel; or none
   std::vector<ChannelInfo> channels = std::vector<ChannelInfo>(1);  // 1..kMaxChannels
 
+  // The level must have that form.
+  const LevelInfo& level(int number, Form form) const {
+    return form == Form::values ? levels.at(static_cast<std::size_t>(number))
+                                : maxima.at(static_cast<std::size_t>(number - kFirstMaximaLevel));
+  }
+  bool has(int number, Form form) const {
+    if (number < 0 || number >= static_cast<int>(levels.size())) return false;
+    return form == Form::values || (number >= kFirstMaximaLevel && !maxima.empty());
+  }
   int blockVoxels() const { return subblock_side * block_side; }
   std::uint64_t subblockVoxels() const {
     return static_cast<std::uint64_t>(subblock_side) * static_cast<std::uint64_t>(subblock_side * subblock_side);

@@ -23,17 +23,20 @@ using namespace blockwalk;
 void readAll(const MemoryFile& memory) {
   try {
     const VolumeFile file(memory.path());
-    const int channels = static_cast<int>(file.info().channels.size());
-    for (int i = 0; i < static_cast<int>(file.info().levels.size()) * channels; ++i) {
-      const int index = i / channels;
-      file.readApronLevel(index, i % channels);
-      const Level level = file.readLevel(index, i % channels);
-      const std::uint64_t each = file.info().subblockVoxels() * voxelBytes(file.info().type);
-      std::vector<std::byte> voxels;
-      for (std::uint64_t first = 0; first < level.info.subblock_count; first += 100) {
-        const std::uint64_t count = std::min<std::uint64_t>(100, level.info.subblock_count - first);
-        voxels.resize(static_cast<std::size_t>(count * each));
-        file.readVoxels(index, i % channels, first, count, voxels);
+    const VolumeInfo& info = file.info();
+    const std::uint64_t each = info.subblockVoxels() * voxelBytes(info.type);
+    for (int number = 0; number < static_cast<int>(info.levels.size()); ++number) {
+      for (const Form form : {Form::values, Form::maxima}) {
+        for (int channel = 0; info.has(number, form) && channel < static_cast<int>(info.channels.size()); ++channel) {
+          file.readApronLevel(number, channel, form);
+          const Level level = file.readLevel(number, channel, form);
+          std::vector<std::byte> voxels;
+          for (std::uint64_t first = 0; first < level.info.subblock_count; first += 100) {
+            const std::uint64_t count = std::min<std::uint64_t>(100, level.info.subblock_count - first);
+            voxels.resize(static_cast<std::size_t>(count * each));
+            file.readVoxels(number, channel, first, count, voxels, form);
+          }
+        }
       }
     }
   } catch (const DataError&) {
@@ -75,7 +78,12 @@ std::vector<std::string> fuzzSeeds() {
   for (VoxelType type : {VoxelType::u8, VoxelType::u16, VoxelType::f32}) {
     volume_test::MemorySource source = volume_test::randomSource(type, {19, 11, 14}, 5, false, channels++);
     source.change().channels[1].name = "second";
-    buildVolume(source, folder / "seed.bwv", {.subblock_side = 4, .block_side = 2});
+    source.change().channels[0].unit = "HU";
+    source.change().length_unit = "mm";
+    buildVolume(source, folder / "seed.bwv",
+                {.subblock_side = 4,
+                 .block_side = channels == 3 ? 1 : 2,
+                 .values = channels == 4 ? ValuesRule::labels : ValuesRule::intensity});
     seeds.push_back(volume_test::readBytes(folder / "seed.bwv"));
   }
   return seeds;

@@ -78,7 +78,7 @@ std::uint64_t fixedBytes(const VolumeInfo& info) {
   const auto block_voxels = static_cast<std::uint64_t>(info.blockVoxels());
   const std::uint64_t block = block_voxels * block_voxels * block_voxels * voxelBytes(info.type);
   const auto levels = static_cast<std::uint64_t>(levelCount(info.dims, info.blockVoxels()));
-  return channels * (strip + (levels + 1) * block) + (std::uint64_t{4} << 20);
+  return channels * (strip + (2 * levels + 1) * block) + (std::uint64_t{4} << 20);
 }
 
 void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
@@ -154,6 +154,7 @@ VolumeInfo describeScanned(VolumeInfo info, const Source& source, const Scan& sc
 // And what the levels hold: whole.
 VolumeInfo describeBuilt(VolumeInfo info, const BuiltLevels& built) {
   for (const BuiltLevel& level : built.levels) info.levels.push_back(level.info);
+  for (const BuiltLevel& level : built.maxima) info.maxima.push_back(level.info);
   for (std::size_t i = 0; i < info.channels.size(); ++i) {
     info.channels[i].nonempty_voxels = built.counts[i].nonempty_voxels;
     info.channels[i].histogram = built.counts[i].histogram;

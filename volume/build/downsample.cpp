@@ -10,9 +10,11 @@
 
 namespace blockwalk {
 
-Downsampler::Downsampler(VoxelType type, int side, const ChannelInfo& channel)
+Downsampler::Downsampler(VoxelType type, int side, const ChannelInfo& channel, Form form)
     : type_(type),
-      labels_(channel.values == ChannelValues::labels),
+      rule_(channel.values == ChannelValues::labels ? Rule::majority
+            : form == Form::maxima                  ? Rule::greatest
+                                                    : Rule::mean),
       side_(side),
       threshold_(channel.empty_threshold),
       empty_value_(emptyValue(type, channel)) {}
@@ -124,6 +126,58 @@ void Downsampler::averageWhole(const std::byte* fine, std::byte* coarse) const {
   }
 }
 
+// Empty voxels count as the empty value, which no other density is below.
+template <typename T>
+T Downsampler::greatest(const std::byte* const* children, int count) const {
+  T most = static_cast<T>(empty_value_);
+  for (int i = 0; i < count; ++i) {
+    T value{};
+    std::memcpy(&value, children[i], sizeof value);
+    if (!isEmptyDensity(static_cast<float>(value), threshold_)) most = std::max(most, value);
+  }
+  return most;
+}
+
+// The voxel of the greatest density with its colour, the first of several; nothing where all are empty.
+std::uint32_t Downsampler::greatestColor(const std::byte* const* children, int count) const {
+  std::uint32_t most = 0;
+  for (int i = 0; i < count; ++i) {
+    std::uint32_t voxel = 0;
+    std::memcpy(&voxel, children[i], sizeof voxel);
+    const bool empty = isEmptyDensity(static_cast<float>(voxel >> 24), threshold_);
+    if (!empty && voxel >> 24 > most >> 24) most = voxel;
+  }
+  return most;
+}
+
+template <typename T>
+void Downsampler::greatestWhole(const std::byte* fine, std::byte* coarse) const {
+  constexpr std::size_t kMostSide = 16;
+  const auto side = static_cast<std::size_t>(side_);
+  const std::size_t half = side / 2;
+  const auto empty = static_cast<T>(empty_value_);
+  std::array<T, kMostSide> row{};
+  std::array<T, kMostSide> most{};
+  for (std::size_t z = 0; z < half; ++z) {
+    for (std::size_t y = 0; y < half; ++y) {
+      most.fill(empty);
+      for (std::size_t child = 0; child < 4; ++child) {
+        const std::size_t from = ((2 * z + child / 2) * side + 2 * y + child % 2) * side;
+        std::memcpy(row.data(), fine + from * sizeof(T), side * sizeof(T));
+        if constexpr (std::is_floating_point_v<T>) {
+          for (T& value : row) value = std::isfinite(value) ? value : empty;
+        }
+        for (std::size_t x = 0; x < side; ++x) most[x] = std::max(most[x], row[x]);
+      }
+      for (std::size_t x = 0; x < half; ++x) {
+        const T value = std::max(most[2 * x], most[2 * x + 1]);
+        row[x] = isEmptyDensity(static_cast<float>(value), threshold_) ? empty : value;
+      }
+      std::memcpy(coarse + (z * side + y) * side * sizeof(T), row.data(), half * sizeof(T));
+    }
+  }
+}
+
 void Downsampler::add(std::span<const std::byte> fine, glm::ivec3 extent, std::span<std::byte> coarse,
                       glm::ivec3 octant) const {
   const std::size_t bytes = voxelBytes(type_);
@@ -131,8 +185,13 @@ void Downsampler::add(std::span<const std::byte> fine, glm::ivec3 extent, std::s
     return static_cast<std::size_t>((z * side_ + y) * side_ + x) * bytes;
   };
   const glm::ivec3 base = octant * (side_ / 2);
-  if (extent == glm::ivec3(side_) && type_ != VoxelType::rgba8 && !labels_) {
+  if (extent == glm::ivec3(side_) && type_ != VoxelType::rgba8 && rule_ != Rule::majority) {
     std::byte* out = coarse.data() + at(base.x, base.y, base.z);
+    if (rule_ == Rule::greatest) {
+      if (type_ == VoxelType::u8) return greatestWhole<std::uint8_t>(fine.data(), out);
+      if (type_ == VoxelType::u16) return greatestWhole<std::uint16_t>(fine.data(), out);
+      return greatestWhole<float>(fine.data(), out);
+    }
     if (type_ == VoxelType::u8) return averageWhole<std::uint8_t>(fine.data(), out);
     if (type_ == VoxelType::u16) return averageWhole<std::uint16_t>(fine.data(), out);
     return averageWhole<float>(fine.data(), out);
@@ -152,7 +211,8 @@ void Downsampler::add(std::span<const std::byte> fine, glm::ivec3 extent, std::s
         const auto store = [out](auto value) { std::memcpy(out, &value, sizeof value); };
         const auto scalar = [&](auto kind) {
           using T = decltype(kind);
-          return labels_ ? majority<T>(children.data(), count) : meanScalar<T>(children.data(), count);
+          if (rule_ == Rule::majority) return majority<T>(children.data(), count);
+          return rule_ == Rule::mean ? meanScalar<T>(children.data(), count) : greatest<T>(children.data(), count);
         };
         switch (type_) {
           case VoxelType::u8:
@@ -165,7 +225,7 @@ void Downsampler::add(std::span<const std::byte> fine, glm::ivec3 extent, std::s
             store(scalar(float{}));
             break;
           case VoxelType::rgba8:
-            store(meanColor(children.data(), count));
+            store(rule_ == Rule::mean ? meanColor(children.data(), count) : greatestColor(children.data(), count));
             break;
         }
       }

@@ -36,15 +36,17 @@ void clearOutside(std::span<std::byte> subblock, std::size_t voxel_bytes, glm::i
 
 }  // namespace
 
-LevelBuilder::LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, const std::filesystem::path& folder)
+LevelBuilder::LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, const std::filesystem::path& folder,
+                           Form form)
     : info_(info),
+      first_level_(form == Form::values ? 0 : kFirstMaximaLevel),
       channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)),
       subblock_bytes_(channel_bytes_ * info.channels.size()),
-      built_{.levels = {}, .counts = {}, .constants = TempBytes(folder, budget.stream_bytes)} {
+      built_{.levels = {}, .maxima = {}, .counts = {}, .constants = TempBytes(folder, budget.stream_bytes)} {
   for (const ChannelInfo& channel : info.channels) {
     summaries_.emplace_back(info.type, info.subblock_side, channel);
     shell_readers_.emplace_back(info.type, info.subblock_side, channel);
-    downsamplers_.emplace_back(info.type, info.subblock_side, channel);
+    downsamplers_.emplace_back(info.type, info.subblock_side, channel, form);
   }
   built_.counts.resize(info.channels.size());
   const int count = levelCount(info.dims, info.blockVoxels());
@@ -59,6 +61,11 @@ LevelBuilder::LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, co
     shells_.emplace_back(std::in_place, folder, budget.stream_bytes, budget.shell_bytes);
   }
   pending_.resize(built_.levels.size());
+  const bool has_amounts = std::ranges::any_of(
+      info.channels, [](const ChannelInfo& channel) { return channel.values == ChannelValues::intensity; });
+  if (form == Form::values && count > kFirstMaximaLevel && has_amounts) {
+    maxima_.reset(new LevelBuilder(info, budget, folder, Form::maxima));
+  }
 }
 
 glm::ivec3 LevelBuilder::localPosition(int local) const {
@@ -84,7 +91,12 @@ void LevelBuilder::push(std::size_t level, glm::ivec3 origin, std::span<const Ca
   for (const Candidate& candidate : candidates) {
     const glm::ivec3 position = origin * info_.block_side + localPosition(candidate.local);
     const glm::ivec3 extent = insideExtent(position * info_.subblock_side, built.info.dims, info_.subblock_side);
+    if (static_cast<int>(level) < first_level_) {
+      coarsenInto(level + 1, position, extent, candidate.voxels);
+      continue;
+    }
     if (!summarise(level, candidate, extent, subblocks)) continue;
+    if (level == 0 && maxima_) maxima_->coarsenInto(1, position, extent, candidate.voxels);
     insert(stored, candidate.local);
     for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
       record_.clear();
@@ -187,7 +199,13 @@ void LevelBuilder::finishAprons(std::size_t level) {
 BuiltLevels LevelBuilder::finish() {
   for (std::size_t level = 0; level < built_.levels.size(); ++level) {
     if (level > 0) finishPending(level);
-    finishAprons(level);
+    if (static_cast<int>(level) >= first_level_) finishAprons(level);
+  }
+  if (maxima_) {
+    BuiltLevels made = maxima_->finish();
+    for (std::size_t level = kFirstMaximaLevel; level < made.levels.size(); ++level) {
+      built_.maxima.push_back(std::move(made.levels[level]));
+    }
   }
   return std::move(built_);
 }

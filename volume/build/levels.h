@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -38,7 +39,8 @@ struct BuiltLevel {
 };
 
 struct BuiltLevels {
-  std::vector<BuiltLevel> levels;
+  std::vector<BuiltLevel> levels;     // of values
+  std::vector<BuiltLevel> maxima;     // from level kFirstMaximaLevel on, or none
   std::vector<ChannelCounts> counts;  // by channel
   TempBytes constants;                // subblocks of level 0 that the spill has not, each channel after channel
 };
@@ -46,8 +48,9 @@ struct BuiltLevels {
 class LevelBuilder {
  public:
   // `info` is complete but for what this finds: levels, and of the channels histogram and nonempty_voxels. It outlives
-  // the builder.
-  LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, const std::filesystem::path& folder);
+  // the builder. Levels of values, and of maxima where there are such levels and a channel that is not of labels.
+  LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, const std::filesystem::path& folder)
+      : LevelBuilder(info, budget, folder, Form::values) {}
 
   struct Candidate {
     std::uint8_t local = 0;
@@ -61,6 +64,8 @@ class LevelBuilder {
   BuiltLevels finish();
 
  private:
+  LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, const std::filesystem::path& folder, Form form);
+
   struct Pending {
     bool any = false;
     glm::ivec3 origin{0};
@@ -83,6 +88,8 @@ class LevelBuilder {
   glm::ivec3 localPosition(int local) const;
 
   const VolumeInfo& info_;
+  int first_level_;                         // which is kept; finer ones are only made to get there
+  std::unique_ptr<LevelBuilder> maxima_;    // fed with what is kept of level 0
   std::vector<SubblockSummary> summaries_;  // by channel
   std::vector<ShellReader> shell_readers_;  // by channel
   std::vector<Downsampler> downsamplers_;   // by channel

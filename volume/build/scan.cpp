@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <type_traits>
 
 #include "volume/build/strips.h"
 
@@ -16,12 +17,17 @@ bool anyAbove(std::span<const std::byte> voxels, float threshold) {
   for (std::size_t begin = 0; begin < voxels.size(); begin += kRun) {
     const std::size_t end = std::min(begin + kRun, voxels.size());
     bool any = false;
+    T greatest{};
     for (std::size_t i = begin; i < end; i += sizeof(T) * channels) {
       T value{};
       std::memcpy(&value, voxels.data() + i + (channels - 1) * sizeof(T), sizeof value);
-      any |= !isEmptyDensity(static_cast<float>(value), threshold);
+      if constexpr (std::is_integral_v<T>) {
+        greatest = std::max(greatest, value);
+      } else {
+        any |= !isEmptyDensity(value, threshold);
+      }
     }
-    if (any) return true;
+    if (any || (std::is_integral_v<T> && !isEmptyDensity(static_cast<float>(greatest), threshold))) return true;
   }
   return false;
 }

@@ -33,9 +33,11 @@ constexpr std::uint64_t kPartBytes = std::uint64_t{1} << 20;  // copied at once;
 
 FileSizes sizesOf(const VolumeInfo& info, const BuiltLevels& built, const std::string& metadata) {
   FileSizes sizes{.blocks = {}, .voxels = {}, .metadata = metadata.size()};
-  for (std::size_t i = 0; i < info.levels.size(); ++i) {
-    sizes.blocks.push_back(built.levels[i].blocks.size());
-    sizes.voxels.insert(sizes.voxels.end(), info.channels.size(), info.levels[i].voxel_bytes);
+  for (const auto* levels : {&built.levels, &built.maxima}) {
+    for (const BuiltLevel& level : *levels) {
+      sizes.blocks.push_back(level.blocks.size());
+      sizes.voxels.insert(sizes.voxels.end(), info.channels.size(), level.info.voxel_bytes);
+    }
   }
   return sizes;
 }
@@ -54,12 +56,13 @@ class VolumeWriter {
         file_(path, layout_.file_bytes),
         part_(kPartBytes),
         channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)) {
-    for (const LevelInfo& level : info.levels) subblocks_ += level.subblock_count * info.channels.size();
+    for (const LevelEntry& entry : layout_.entries) subblocks_ += entry.subblock_count * info.channels.size();
   }
 
-  void writeLevel(std::size_t index) {
-    const BuiltLevel& level = built_.levels[index];
-    copyRecords(level.blocks, layout_.levels[index].blocks);
+  void writeEntry(std::size_t index) {
+    const std::size_t levels = built_.levels.size();
+    const BuiltLevel& level = index < levels ? built_.levels[index] : built_.maxima[index - levels];
+    copyRecords(level.blocks, layout_.entries[index].blocks);
     for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
       ChannelSections& sections = layout_.of(index, channel);
       copyRecords(level.channels[channel].ranges, sections.ranges);
@@ -97,8 +100,9 @@ class VolumeWriter {
             sections.ranges.bytes + sections.apron_ranges.bytes + sections.pages.bytes + sections.voxels.bytes;
       }
     }
-    for (std::size_t i = 1; i < layout_.levels.size(); ++i)
-      report.coarser_level_bytes += layout_.levels[i].blocks.bytes;
+    for (std::size_t i = 1; i < layout_.entries.size(); ++i) {
+      report.coarser_level_bytes += layout_.entries[i].blocks.bytes;
+    }
     report.overhead_bytes = report.file_bytes - report.level0_voxel_bytes - report.coarser_level_bytes;
     return report;
   }
@@ -173,7 +177,7 @@ class VolumeWriter {
 BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
                         const TempBytes& spill, const BuildOptions& options) {
   VolumeWriter writer(path, info, built, spill, options);
-  for (std::size_t i = info.levels.size(); i-- > 0;) writer.writeLevel(i);
+  for (const std::size_t index : fileOrder(info)) writer.writeEntry(index);
   return writer.finish();
 }
 

@@ -64,12 +64,13 @@ void forEachStored(const Block& block, int block_side, Visit visit) {
 
 }  // namespace
 
-ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel)
+ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form)
     : file_(file),
       level_(level),
       channel_(channel),
-      source_(file.readLevel(level, channel)),
-      records_(file.readApronLevel(level, channel)),
+      form_(form),
+      source_(file.readLevel(level, channel, form)),
+      records_(file.readApronLevel(level, channel, form)),
       dense_(denseBytes()) {
   source_.subblocks = {};
   for (std::size_t i = 0; i < source_.blocks.size(); ++i) {
@@ -100,7 +101,7 @@ const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
   }
   const Block& record = source_.blocks[block];
   std::vector<std::byte> voxels(record.subblock_count * info.subblockVoxels() * voxelBytes(info.type));
-  file_.readVoxels(level_, channel_, record.first_subblock, record.subblock_count, voxels);
+  file_.readVoxels(level_, channel_, record.first_subblock, record.subblock_count, voxels, form_);
   const ChannelInfo& values = info.channels[static_cast<std::size_t>(channel_)];
   withVoxelType(info.type, [&](auto voxel) { settleEmpties<decltype(voxel)>(voxels, info.type, values); });
   cached_bytes_ += voxels.size();

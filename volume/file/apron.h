@@ -23,9 +23,9 @@ namespace blockwalk {
 class ApronLevel {
  public:
   // Reads records only.
-  ApronLevel(const VolumeFile& file, int level, int channel);
+  ApronLevel(const VolumeFile& file, int level, int channel, Form form = Form::values);
   // Another channel of the same level.
-  ApronLevel(const ApronLevel& found, int channel) : ApronLevel(found.file_, found.level_, channel) {}
+  ApronLevel(const ApronLevel& found, int channel) : ApronLevel(found.file_, found.level_, channel, found.form_) {}
 
   // What VolumeFile::readApronLevel() says.
   const Level& records() const { return records_; }
@@ -52,6 +52,7 @@ class ApronLevel {
   const VolumeFile& file_;
   int level_;
   int channel_;
+  Form form_;
   Level source_;                                                  // what has voxels
   std::unordered_map<std::uint64_t, std::size_t> source_blocks_;  // Morton code to index
   Level records_;

@@ -38,11 +38,12 @@ struct VolumeFile::Opened {
   void checkLength() const;
   // The bytes of a section that has a checksum of its own.
   std::vector<std::byte> readSection(const Section& which, std::string_view what, const RecordPlace& place) const;
-  RecordPlace place(int level, int channel) const;
+  RecordPlace place(int level, int channel, Form form) const;
   const std::vector<Page>& pagesOf(const RecordPlace& place) const {
-    return pages[place.level * header.layout.channels + place.channel];
+    const auto index = static_cast<std::size_t>(&place.sections - header.layout.sections.data());
+    return pages[index];
   }
-  Level readRecords(int level, int channel, Extent extent) const;
+  Level readRecords(const RecordPlace& at, Extent extent) const;
 
   std::filesystem::path path;
   std::string name;  // for messages
@@ -70,9 +71,10 @@ VolumeFile::Opened::Opened(const std::filesystem::path& file_path) : path(file_p
     start.resize(headerBytes(start, bytes, name));
     read(sizeof(FileHeader), std::span(start).subspan(sizeof(FileHeader)));
     header = decodeHeader(start, bytes, name);
-    for (int level = 0; level < static_cast<int>(header.info.levels.size()); ++level) {
+    for (std::size_t i = 0; i < header.layout.entries.size(); ++i) {
+      const EntryPlace entry = entryPlace(i, header.info.levels.size());
       for (int channel = 0; channel < static_cast<int>(header.info.channels.size()); ++channel) {
-        const RecordPlace at = place(level, channel);
+        const RecordPlace at = place(entry.level, channel, entry.form);
         pages.push_back(decodePages(at, header.info, readSection(at.sections.pages, "pages", at)));
       }
     }
@@ -106,19 +108,19 @@ void VolumeFile::Opened::checkLength() const {
   if (now < bytes) failData("{}: shrank from {} to {} bytes since it was opened", name, bytes, now);
 }
 
-RecordPlace VolumeFile::Opened::place(int level, int channel) const {
-  BLOCKWALK_CHECK(level, >=, 0);
-  BLOCKWALK_CHECK(static_cast<std::size_t>(level), <, header.info.levels.size());
+RecordPlace VolumeFile::Opened::place(int level, int channel, Form form) const {
+  BLOCKWALK_CHECK(header.info.has(level, form), ==, true);
   BLOCKWALK_CHECK(channel, >=, 0);
   BLOCKWALK_CHECK(static_cast<std::size_t>(channel), <, header.info.channels.size());
-  const auto level_index = static_cast<std::size_t>(level);
+  const std::size_t entry = entryIndex(header.info, level, form);
   const auto channel_index = static_cast<std::size_t>(channel);
+  const char* maxima = form == Form::maxima ? " maxima" : "";
   return {.file = name,
-          .name = header.info.channels.size() > 1 ? fmt::format("level {} channel {}", level, channel)
-                                                  : fmt::format("level {}", level),
-          .entry = header.layout.levels[level_index],
-          .sections = header.layout.of(level_index, channel_index),
-          .level = level_index,
+          .name = header.info.channels.size() > 1 ? fmt::format("level {}{} channel {}", level, maxima, channel)
+                                                  : fmt::format("level {}{}", level, maxima),
+          .entry = header.layout.entries[entry],
+          .sections = header.layout.of(entry, channel_index),
+          .info = header.info.level(level, form),
           .channel = channel_index};
 }
 
@@ -134,9 +136,8 @@ std::vector<std::byte> VolumeFile::Opened::readSection(const Section& which, std
   return section;
 }
 
-Level VolumeFile::Opened::readRecords(int level, int channel, Extent extent) const {
+Level VolumeFile::Opened::readRecords(const RecordPlace& at, Extent extent) const {
   checkLength();
-  const RecordPlace at = place(level, channel);
   const std::vector<std::byte> blocks = readSection(at.entry.blocks, "block records", at);
   const bool stored = extent == Extent::stored;
   const std::vector<std::byte> ranges = stored ? readSection(at.sections.ranges, "ranges", at)
@@ -158,20 +159,20 @@ std::uint64_t VolumeFile::fileBytes() const { return opened_->bytes; }
 
 std::uint64_t VolumeFile::bytesRead() const { return opened_->bytes_read; }
 
-Level VolumeFile::readLevel(int level, int channel) const {
-  return opened_->readRecords(level, channel, Extent::stored);
+Level VolumeFile::readLevel(int level, int channel, Form form) const {
+  return opened_->readRecords(opened_->place(level, channel, form), Extent::stored);
 }
 
-Level VolumeFile::readApronLevel(int level, int channel) const {
-  Level result = opened_->readRecords(level, channel, Extent::apron);
+Level VolumeFile::readApronLevel(int level, int channel, Form form) const {
+  Level result = opened_->readRecords(opened_->place(level, channel, form), Extent::apron);
   result.info.block_count = result.blocks.size();
   result.info.subblock_count = result.subblocks.size();
   return result;
 }
 
-void VolumeFile::readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count,
-                            std::span<std::byte> out) const {
-  const RecordPlace place = opened_->place(level, channel);
+void VolumeFile::readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, std::span<std::byte> out,
+                            Form form) const {
+  const RecordPlace place = opened_->place(level, channel, form);
   BLOCKWALK_CHECK(first, <=, place.entry.subblock_count);
   BLOCKWALK_CHECK(count, <=, place.entry.subblock_count - first);
   const std::uint64_t subblock_bytes = info().subblockVoxels() * voxelBytes(info().type);

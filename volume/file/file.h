@@ -14,7 +14,7 @@ namespace blockwalk {
 // when they are asked for, its voxels are read and held against their checksums. Nothing is mapped, so that a file that
 // is truncated or changed meanwhile gives an error and no signal. Move-only owner of the descriptor.
 // Every constructor and method throws DataError that names the file, the field or offset, and the bound.
-// A level, a channel or a subblock that the file does not have is the caller's error (BLOCKWALK_CHECK).
+// A level, a form of it, a channel or a subblock that the file does not have is the caller's error (BLOCKWALK_CHECK).
 // Thread-compatible: const methods may run at the same time from several threads.
 class VolumeFile {
  public:
@@ -30,16 +30,17 @@ class VolumeFile {
   // Decodes and validates the records of one channel of a level; neighbours are linked. Origins, occupancy and counts
   // are the same in every channel of a level; where the channel has no non-empty voxel, a record's least, greatest and
   // mask are 0.
-  Level readLevel(int level, int channel) const;
+  Level readLevel(int level, int channel, Form form = Form::values) const;
   // The same of the subblocks that have voxels or whose apron, the one-voxel ring around them, has non-empty ones:
   // where the trilinear field of some channel is not empty everywhere. Least, greatest and mask cover every value that
   // interpolation can give inside; where channel and apron are empty, the range is the empty value and the mask 0.
-  Level readApronLevel(int level, int channel) const;
+  Level readApronLevel(int level, int channel, Form form = Form::values) const;
   // Copies one channel of `count` subblocks starting at subblock `first` of the level: count * subblockVoxels() *
   // voxelBytes bytes, subblock after subblock, x fastest inside. Reads the pages that these lie in, each the voxels of
   // a block, and verifies their checksums before `out` gets anything of them, and that the file has not shrunk since it
   // was opened.
-  void readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, std::span<std::byte> out) const;
+  void readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, std::span<std::byte> out,
+                  Form form = Form::values) const;
   // Bytes read from the file by this object so far.
   std::uint64_t bytesRead() const;
 

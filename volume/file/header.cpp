@@ -59,6 +59,9 @@ void checkShape(const FileHeader& header, const FieldCheck& check) {
   const bool color = static_cast<VoxelType>(header.type) == VoxelType::rgba8;
   check(header.channel_count >= 1 && header.channel_count <= (color ? 1 : kMaxChannels), FIELD(channel_count),
         color ? "1 for rgba8" : "1..4");
+  const int maxima = std::max(0, levels - kFirstMaximaLevel);
+  check(header.maxima_count == 0 || static_cast<int>(header.maxima_count) == maxima, FIELD(maxima_count),
+        fmt::format("0 or {}, for level {} and on", maxima, kFirstMaximaLevel));
   check(header.metadata_bytes <= kMaxMetadataBytes, FIELD(metadata_bytes),
         fmt::format("at most {}", kMaxMetadataBytes));
 }
@@ -73,9 +76,7 @@ void checkUnused(const FileHeader& header, const FieldCheck& check) {
   }
   check(header.time_step == 0, FIELD(time_step), "0 in version 3");
   check(header.time_steps == 0, FIELD(time_steps), "0 in version 3");
-  for (std::size_t i = 0; i < header.reserved.size(); ++i) {
-    check(header.reserved[i] == 0, "reserved", offsetof(FileHeader, reserved) + 4 * i, header.reserved[i], "0");
-  }
+  check(header.reserved == 0, FIELD(reserved), "0");
 }
 
 void checkMap(const FileHeader& header, const FieldCheck& check) {
@@ -88,12 +89,20 @@ void checkMap(const FileHeader& header, const FieldCheck& check) {
         offsetof(FileHeader, world_from_index), determinant, "a map with a finite determinant that is not 0");
 }
 
+std::size_t entriesOf(const FileHeader& header) { return std::size_t{header.level_count} + header.maxima_count; }
+
+// "level 2" or "level 2 maxima"
+std::string entryName(std::size_t index, std::size_t levels) {
+  const EntryPlace place = entryPlace(index, levels);
+  return fmt::format("level {}{}", place.level, place.form == Form::maxima ? " maxima" : "");
+}
+
 // Where the parts of the header begin.
 struct HeaderParts {
   explicit HeaderParts(const FileHeader& header)
       : level_entries(sizeof(FileHeader)),
-        sections(level_entries + header.level_count * sizeof(LevelEntry)),
-        channels(sections + header.level_count * header.channel_count * sizeof(ChannelSections)),
+        sections(level_entries + entriesOf(header) * sizeof(LevelEntry)),
+        channels(sections + entriesOf(header) * header.channel_count * sizeof(ChannelSections)),
         metadata(channels + header.channel_count * sizeof(ChannelEntry)),
         end(metadata + header.metadata_bytes) {}
 
@@ -112,7 +121,7 @@ void checkCounts(const FileHeader& header, const LevelEntry& entry, std::size_t 
   const std::uint64_t per_block = std::uint64_t{header.block_side} * header.block_side * header.block_side;
   const auto field = [&](bool holds, std::string_view name, std::size_t offset, std::uint64_t value,
                          std::string_view bound) {
-    check(holds, fmt::format("level {} {}", index, name), at + offset, value, bound);
+    check(holds, fmt::format("{} {}", entryName(index, header.level_count), name), at + offset, value, bound);
   };
   field(entry.reserved == 0, "reserved", offsetof(LevelEntry, reserved), entry.reserved, "0");
   const std::uint64_t most = std::min(header.file_bytes / apronRangeBytes(type), kMaxSubblocks);
@@ -161,21 +170,22 @@ void checkSection(const Section& found, const Section& expected, const std::stri
 
 void checkLayout(const FileHeader& header, const HeaderParts& parts, const FileLayout& found,
                  const FileLayout& expected, const FieldCheck& check) {
-  for (std::size_t i = 0; i < found.levels.size(); ++i) {
+  for (std::size_t i = 0; i < found.entries.size(); ++i) {
     const std::size_t at = parts.level_entries + i * sizeof(LevelEntry);
+    const std::string name = entryName(i, header.level_count);
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      check(found.levels[i].dims[axis] == expected.levels[i].dims[axis], fmt::format("level {} dims", i), at + 4 * axis,
-            found.levels[i].dims[axis],
-            fmt::format("{}: level 0's, halved {} times", expected.levels[i].dims[axis], i));
+      check(found.entries[i].dims[axis] == expected.entries[i].dims[axis], name + " dims", at + 4 * axis,
+            found.entries[i].dims[axis], fmt::format("{}: level 0's, halved", expected.entries[i].dims[axis]));
     }
-    checkSection(found.levels[i].blocks, expected.levels[i].blocks, fmt::format("level {} block records", i),
+    checkSection(found.entries[i].blocks, expected.entries[i].blocks, name + " block records",
                  at + offsetof(LevelEntry, blocks), check);
   }
   for (std::size_t i = 0; i < found.sections.size(); ++i) {
     const std::size_t at = parts.sections + i * sizeof(ChannelSections);
     const ChannelSections& own = found.sections[i];
     const ChannelSections& wanted = expected.sections[i];
-    const std::string name = fmt::format("level {} channel {} ", i / found.channels, i % found.channels);
+    const std::string name =
+        fmt::format("{} channel {} ", entryName(i / found.channels, header.level_count), i % found.channels);
     checkSection(own.ranges, wanted.ranges, name + "ranges", at + offsetof(ChannelSections, ranges), check);
     checkSection(own.apron_ranges, wanted.apron_ranges, name + "apron ranges",
                  at + offsetof(ChannelSections, apron_ranges), check);
@@ -212,6 +222,7 @@ FileHeader headerOf(const VolumeInfo& info) {
   }
   header.world_from_index = rowsOf(info.world_from_index);
   header.channel_count = static_cast<std::uint32_t>(info.channels.size());
+  header.maxima_count = static_cast<std::uint32_t>(info.maxima.size());
   return header;
 }
 
@@ -243,9 +254,9 @@ std::vector<ChannelPlace> decodeChannels(const FileHeader& header, std::span<con
 FileLayout decodeEntries(const FileHeader& header, std::span<const std::byte> bytes, const HeaderParts& parts) {
   FileLayout found;
   found.channels = header.channel_count;
-  found.levels.resize(header.level_count);
-  found.sections.resize(header.level_count * found.channels);
-  std::memcpy(found.levels.data(), bytes.data() + parts.level_entries, found.levels.size() * sizeof(LevelEntry));
+  found.entries.resize(entriesOf(header));
+  found.sections.resize(entriesOf(header) * found.channels);
+  std::memcpy(found.entries.data(), bytes.data() + parts.level_entries, found.entries.size() * sizeof(LevelEntry));
   std::memcpy(found.sections.data(), bytes.data() + parts.sections, found.sections.size() * sizeof(ChannelSections));
   return found;
 }
@@ -254,24 +265,27 @@ FileLayout decodeEntries(const FileHeader& header, std::span<const std::byte> by
 FileSizes decodeLevels(const FileHeader& header, const HeaderParts& parts, const FileLayout& found,
                        const FieldCheck& check, VolumeInfo& info) {
   FileSizes sizes{.blocks = {}, .voxels = {}, .metadata = header.metadata_bytes};
-  for (std::size_t i = 0; i < found.levels.size(); ++i) {
-    const LevelEntry& entry = found.levels[i];
+  for (std::size_t i = 0; i < found.entries.size(); ++i) {
+    const LevelEntry& entry = found.entries[i];
+    const EntryPlace place = entryPlace(i, header.level_count);
     checkCounts(header, entry, i, check);
-    info.levels.push_back({.dims = levelDims(info.dims, static_cast<int>(i)),
-                           .block_count = entry.block_count,
-                           .subblock_count = entry.subblock_count,
-                           .voxel_bytes = entry.subblock_count * info.subblockVoxels() * voxelBytes(info.type),
-                           .apron_block_count = entry.apron_block_count,
-                           .apron_subblock_count = entry.apron_subblock_count});
+    std::vector<LevelInfo>& levels = place.form == Form::values ? info.levels : info.maxima;
+    levels.push_back({.dims = levelDims(info.dims, place.level),
+                      .block_count = entry.block_count,
+                      .subblock_count = entry.subblock_count,
+                      .voxel_bytes = entry.subblock_count * info.subblockVoxels() * voxelBytes(info.type),
+                      .apron_block_count = entry.apron_block_count,
+                      .apron_subblock_count = entry.apron_subblock_count});
     sizes.blocks.push_back(entry.blocks.bytes);
   }
   for (std::size_t i = 0; i < found.sections.size(); ++i) {
     // Held against the pages when those are read.
     const std::uint64_t bytes = found.sections[i].voxels.bytes;
-    check(bytes <= header.file_bytes,
-          fmt::format("level {} channel {} voxels size", i / found.channels, i % found.channels),
-          parts.sections + i * sizeof(ChannelSections) + offsetof(ChannelSections, voxels) + offsetof(Section, bytes),
-          bytes, "at most the file's length");
+    check(
+        bytes <= header.file_bytes,
+        fmt::format("{} channel {} voxels size", entryName(i / found.channels, header.level_count), i % found.channels),
+        parts.sections + i * sizeof(ChannelSections) + offsetof(ChannelSections, voxels) + offsetof(Section, bytes),
+        bytes, "at most the file's length");
     sizes.voxels.push_back(bytes);
   }
   return sizes;
@@ -292,7 +306,7 @@ std::vector<std::byte> encodeHeader(const VolumeInfo& info, const FileLayout& la
     bytes.insert(bytes.end(), begin, begin + size);
   };
   put(&header, sizeof header);
-  put(layout.levels.data(), layout.levels.size() * sizeof(LevelEntry));
+  put(layout.entries.data(), layout.entries.size() * sizeof(LevelEntry));
   put(layout.sections.data(), layout.sections.size() * sizeof(ChannelSections));
   for (const ChannelInfo& channel : info.channels) {
     const ChannelEntry entry = entryOf(channel);

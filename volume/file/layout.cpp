@@ -151,23 +151,36 @@ SubblockSet insideMask(const VolumeInfo& info, glm::ivec3 level_dims, glm::ivec3
   return mask;
 }
 
+std::vector<std::size_t> fileOrder(const VolumeInfo& info) {
+  std::vector<std::size_t> order;
+  for (int level = static_cast<int>(info.levels.size()) - 1; level >= 0; --level) {
+    for (const Form form : {Form::values, Form::maxima}) {
+      if (info.has(level, form)) order.push_back(entryIndex(info, level, form));
+    }
+  }
+  return order;
+}
+
 FileLayout layOutFile(const VolumeInfo& info, const FileSizes& sizes) {
   BLOCKWALK_CHECK(info.levels.empty(), ==, false);
   const std::size_t channels = info.channels.size();
-  BLOCKWALK_CHECK(sizes.blocks.size(), ==, info.levels.size());
-  BLOCKWALK_CHECK(sizes.voxels.size(), ==, info.levels.size() * channels);
+  const std::size_t entries = info.levels.size() + info.maxima.size();
+  BLOCKWALK_CHECK(sizes.blocks.size(), ==, entries);
+  BLOCKWALK_CHECK(sizes.voxels.size(), ==, entries * channels);
   FileLayout layout;
   layout.channels = channels;
-  layout.levels.resize(info.levels.size());
-  layout.sections.resize(info.levels.size() * channels);
-  layout.header_bytes = static_cast<std::uint32_t>(sizeof(FileHeader) + layout.levels.size() * sizeof(LevelEntry) +
+  layout.entries.resize(entries);
+  layout.sections.resize(entries * channels);
+  layout.header_bytes = static_cast<std::uint32_t>(sizeof(FileHeader) + entries * sizeof(LevelEntry) +
                                                    layout.sections.size() * sizeof(ChannelSections) +
                                                    channels * sizeof(ChannelEntry) + sizes.metadata);
   std::uint64_t end = layout.header_bytes;
-  for (std::size_t i = info.levels.size(); i-- > 0;) {
-    const LevelInfo& level = info.levels[i];
-    const glm::ivec3 dims = levelDims(info.dims, static_cast<int>(i));
-    LevelEntry& entry = layout.levels[i];
+  const std::vector<std::size_t> order = fileOrder(info);
+  for (const std::size_t i : order) {
+    const EntryPlace place = entryPlace(i, info.levels.size());
+    const LevelInfo& level = info.level(place.level, place.form);
+    const glm::ivec3 dims = levelDims(info.dims, place.level);
+    LevelEntry& entry = layout.entries[i];
     for (int axis = 0; axis < 3; ++axis) {
       entry.dims[static_cast<std::size_t>(axis)] = static_cast<std::uint32_t>(dims[axis]);
     }
@@ -183,7 +196,7 @@ FileLayout layOutFile(const VolumeInfo& info, const FileSizes& sizes) {
       sections.pages = placeSection(end, level.block_count * sizeof(PageEntry));
     }
   }
-  for (std::size_t i = info.levels.size(); i-- > 0;) {
+  for (const std::size_t i : order) {
     for (std::size_t channel = 0; channel < channels; ++channel) {
       layout.of(i, channel).voxels = placeSection(end, sizes.voxels[i * channels + channel]);
     }

@@ -2,17 +2,19 @@
 // The byte map of a .bwv file, version 3. Everything is little endian. docs/format.md says the same in prose.
 //
 //   FileHeader                     192 bytes
-//   LevelEntry x levels            72 bytes each, level 0 first
-//   ChannelSections x levels x channels  96 bytes each, level 0 first, inside a level channel 0 first
+//   LevelEntry x entries           72 bytes each: the levels' values, level 0 first, then the maxima of level 2 and on
+//   ChannelSections x entries x channels  96 bytes each, in the order of the entries, inside one channel 0 first
 //   ChannelEntry x channels        2144 bytes each
 //   metadata                       FileHeader::metadata_bytes of text: volume/file/metadata.h
-//   records: for each level, coarsest first, each section at the next multiple of 64, zeros between:
+//   records: for each level, coarsest first, values before maxima, each section at the next multiple of 64, zeros
+//   between:
 //     block records                of all channels, apron_block_count records in Morton order of origin
 //     for each channel:
 //       ranges                     subblock_count x rangeBytes, block after block, in local raster order
 //       apron ranges               apron_subblock_count x apronRangeBytes, in the same order
 //       pages                      PageEntry x block_count: of each stored block, in their order
-//   voxels: for each level, coarsest first, for each channel, a section at the next multiple of 64:
+//   voxels: for each level, coarsest first, values before maxima, for each channel, a section at the next multiple of
+//   64:
 //     pages                        of each stored block: subblock_count x side^3 x voxelBytes, x fastest; beyond the
 //                                  level's dims: zeros
 //   end of file: nothing follows the voxels of the last channel of level 0
@@ -85,7 +87,8 @@ struct FileHeader {
   std::array<std::uint32_t, 3> whole_dims{};
   std::uint32_t time_step = 0;
   std::uint32_t time_steps = 0;
-  std::array<std::uint32_t, 2> reserved{};
+  std::uint32_t maxima_count = 0;  // levels that have maxima: none, or all from level 2 on
+  std::uint32_t reserved = 0;
 };
 static_assert(sizeof(FileHeader) == 192 && offsetof(FileHeader, dims) == 36 &&
               offsetof(FileHeader, world_from_index) == 48 && offsetof(FileHeader, channel_count) == 144 &&
@@ -104,7 +107,7 @@ struct Section {
   std::uint64_t checksum = 0;  // XXH3-64; of voxels 0, their pages have their own
 };
 
-// What all channels of a level share.
+// What all channels of a level share, in one form.
 struct LevelEntry {
   std::array<std::uint32_t, 3> dims{};
   std::uint32_t reserved = 0;
@@ -180,15 +183,30 @@ struct FileLayout {
   std::uint32_t header_bytes = 0;
   std::uint64_t file_bytes = 0;
   std::size_t channels = 1;
-  std::vector<LevelEntry> levels;         // the finest first
-  std::vector<ChannelSections> sections;  // level after level, inside a level channel after channel
+  std::vector<LevelEntry> entries;        // of values, the finest first, then of maxima
+  std::vector<ChannelSections> sections;  // entry after entry, inside one channel after channel
 
-  ChannelSections& of(std::size_t level, std::size_t channel) { return sections[level * channels + channel]; }
-  const ChannelSections& of(std::size_t level, std::size_t channel) const {
-    return sections[level * channels + channel];
+  ChannelSections& of(std::size_t entry, std::size_t channel) { return sections[entry * channels + channel]; }
+  const ChannelSections& of(std::size_t entry, std::size_t channel) const {
+    return sections[entry * channels + channel];
   }
 };
-// Sizes that do not follow from the counts. Of each level; of each level and channel as in FileLayout.
+// Which entry is which: a level in one form.
+struct EntryPlace {
+  int level = 0;
+  Form form = Form::values;
+};
+inline std::size_t entryIndex(const VolumeInfo& info, int level, Form form) {
+  return static_cast<std::size_t>(level) + (form == Form::values ? 0 : info.levels.size() - kFirstMaximaLevel);
+}
+inline EntryPlace entryPlace(std::size_t index, std::size_t levels) {
+  if (index < levels) return {.level = static_cast<int>(index), .form = Form::values};
+  return {.level = static_cast<int>(index - levels) + kFirstMaximaLevel, .form = Form::maxima};
+}
+// The order of entries in the file.
+std::vector<std::size_t> fileOrder(const VolumeInfo& info);
+
+// Sizes that do not follow from the counts. Of each entry; of each entry and channel as in FileLayout.
 struct FileSizes {
   std::vector<std::uint64_t> blocks;
   std::vector<std::uint64_t> voxels;

@@ -42,7 +42,7 @@ class BlockReader {
   BlockReader(const RecordPlace& place, const VolumeInfo& info, std::span<const std::byte> records)
       : info_(info),
         entry_(place.entry),
-        dims_(info.levels[place.level].dims),
+        dims_(place.info.dims),
         records_(records),
         bytes_(records.size()),
         check_(place, place.entry.blocks.offset) {}
@@ -194,7 +194,7 @@ Level decodeRecords(const RecordPlace& place, const VolumeInfo& info, Extent ext
                     std::span<const std::byte> ranges) {
   const LevelEntry& entry = place.entry;
   const bool stored = extent == Extent::stored;
-  Level result{.info = info.levels[place.level], .blocks = {}, .subblocks = {}};
+  Level result{.info = place.info, .blocks = {}, .subblocks = {}};
   result.blocks.reserve(stored ? entry.block_count : entry.apron_block_count);
   result.subblocks.reserve(stored ? entry.subblock_count : entry.apron_subblock_count);
   BlockReader block_reader(place, info, blocks);

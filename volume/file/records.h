@@ -17,7 +17,7 @@ struct RecordPlace {
   std::string name;
   const LevelEntry& entry;
   const ChannelSections& sections;
-  std::size_t level = 0;
+  const LevelInfo& info;
   std::size_t channel = 0;
 };
 

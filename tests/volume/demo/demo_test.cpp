@@ -20,7 +20,7 @@ namespace {
 using testing::HasSubstr;
 
 // Slice after slice, in a slice channel after channel.
-std::vector<std::byte> readAll(Source& source) {
+std::vector<std::byte> readWhole(Source& source) {
   const SourceInfo& info = source.info();
   const std::size_t slice = channelRowBytes(info) * static_cast<std::size_t>(info.dims.y) * info.channels.size();
   std::vector<std::byte> all(slice * static_cast<std::size_t>(info.dims.z));
@@ -80,7 +80,7 @@ TEST_P(Demo, FillsItsBoxAsItShould) {
   EXPECT_EQ(info.type, expected.type);
   EXPECT_EQ(info.dims, expected.dims);
   EXPECT_TRUE(info.random_access);
-  const Densities found = densitiesOf(info, readAll(*source));
+  const Densities found = densitiesOf(info, readWhole(*source));
   EXPECT_GE(found.share, expected.least_share);
   EXPECT_LE(found.share, expected.most_share);
   EXPECT_LE(found.highest, expected.highest);
@@ -89,7 +89,7 @@ TEST_P(Demo, FillsItsBoxAsItShould) {
 
 TEST_P(Demo, IsTheSameInWhateverOrderItIsRead) {
   const auto source = openDemo(GetParam(), 40);
-  const std::vector<std::byte> forwards = readAll(*source);
+  const std::vector<std::byte> forwards = readWhole(*source);
   const glm::ivec3 dims = source->info().dims;
   const std::size_t row = channelRowBytes(source->info());
   const std::size_t channels = source->info().channels.size();
@@ -112,7 +112,7 @@ TEST_P(Demo, HasEverySize) {
     const glm::ivec3 dims = source->info().dims;
     EXPECT_EQ(std::max({dims.x, dims.y, dims.z}), size);
     EXPECT_GE(std::min({dims.x, dims.y, dims.z}), 1);
-    EXPECT_FALSE(readAll(*source).empty());
+    EXPECT_FALSE(readWhole(*source).empty());
   }
   // The largest one, in the middle: a row of it is all that is made.
   const auto largest = openDemo(GetParam(), kMaxDim);
@@ -132,7 +132,7 @@ TEST(DemoVolumes, AreTheSameOnEveryMachine) {
       {"tissue", 0xe2997019a80ca9a0ull},
   };
   for (const auto& [name, hash] : hashes) {
-    const std::vector<std::byte> voxels = readAll(*openDemo(name, 48));
+    const std::vector<std::byte> voxels = readWhole(*openDemo(name, 48));
     EXPECT_EQ(XXH3_64bits(voxels.data(), voxels.size()), hash) << name;
   }
 }
@@ -144,7 +144,7 @@ TEST(DemoVolumes, TissueHasAMarkerInFewOfItsCells) {
   EXPECT_EQ(info.channels[0].name, "nuclei");
   EXPECT_EQ(info.channels[1].name, "membranes");
   EXPECT_EQ(info.channels[2].name, "marker");
-  const std::vector<std::byte> voxels = readAll(*source);
+  const std::vector<std::byte> voxels = readWhole(*source);
   const std::size_t plane = channelRowBytes(info) * static_cast<std::size_t>(info.dims.y);
   std::array<std::size_t, 3> bright{};
   for (std::size_t i = 0; i < voxels.size(); i += 2) {
@@ -159,7 +159,7 @@ TEST(DemoVolumes, TissueHasAMarkerInFewOfItsCells) {
 // What the demo is for: raising the lower bound of the range takes the rock away and leaves the fossil.
 TEST(DemoVolumes, TheFossilIsDenserThanItsRock) {
   const auto source = openDemo("fossil", 160);
-  const std::vector<std::byte> voxels = readAll(*source);
+  const std::vector<std::byte> voxels = readWhole(*source);
   const Densities found = densitiesOf(source->info(), voxels);
   EXPECT_GE(found.lowest, 15);
   EXPECT_GT(found.share_above_130, 0.02);

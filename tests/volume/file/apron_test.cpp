@@ -168,12 +168,12 @@ INSTANTIATE_TEST_SUITE_P(
                     ApronCase{.type = VoxelType::f32, .dims = {40, 30, 35}, .subblock_side = 4, .channels = 2}));
 
 // What the file says of aprons, against all voxels of a level.
-void checkLevel(const VolumeFile& file, int number, int channel_number) {
+void checkLevel(const VolumeFile& file, int number, int channel_number, Form form) {
   const VolumeInfo& info = file.info();
   const ChannelInfo& values = info.channels[static_cast<std::size_t>(channel_number)];
   const float empty_value = emptyValue(info.type, values);
   std::vector<DenseLevel> channels;
-  for (int i = 0; i < static_cast<int>(info.channels.size()); ++i) channels.push_back(readDense(file, number, i));
+  for (int i = 0; i < static_cast<int>(info.channels.size()); ++i) channels.push_back(readDense(file, number, i, form));
   const glm::ivec3 dims = channels[0].level.info.dims;
   const auto density = [&](int channel, glm::ivec3 p) {
     p = glm::clamp(p, glm::ivec3(0), dims - 1);
@@ -184,7 +184,7 @@ void checkLevel(const VolumeFile& file, int number, int channel_number) {
     return !dense.stored[at] || isEmptyDensity(own, threshold) ? std::optional<float>() : own;
   };
   std::map<std::tuple<int, int, int>, Subblock> found;
-  const Level level = file.readApronLevel(number, channel_number);
+  const Level level = file.readApronLevel(number, channel_number, form);
   for (const Block& block : level.blocks) {
     std::uint64_t next = block.first_subblock;
     for (int local = 0; local < info.block_side * info.block_side * info.block_side; ++local) {
@@ -233,7 +233,10 @@ TEST_P(Apron, IsWhatAllVoxelsOfEveryLevelSay) {
               {.slab_bytes = 4000, .sort_bytes = 400, .stream_bytes = 600, .shell_bytes = 0});
   const VolumeFile file(folder / "a.bwv");
   for (int level = 0; level < static_cast<int>(file.info().levels.size()); ++level) {
-    for (int channel = 0; channel < static_cast<int>(c.channels); ++channel) checkLevel(file, level, channel);
+    for (int channel = 0; channel < static_cast<int>(c.channels); ++channel) {
+      checkLevel(file, level, channel, Form::values);
+      if (file.info().has(level, Form::maxima)) checkLevel(file, level, channel, Form::maxima);
+    }
   }
 }
 

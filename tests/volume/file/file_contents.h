@@ -19,10 +19,10 @@ struct DenseLevel {
   bool padding_is_zero = true;
 };
 
-inline DenseLevel readDense(const VolumeFile& file, int index, int channel = 0) {
+inline DenseLevel readDense(const VolumeFile& file, int index, int channel = 0, Form form = Form::values) {
   const VolumeInfo& info = file.info();
   DenseLevel dense;
-  dense.level = file.readLevel(index, channel);
+  dense.level = file.readLevel(index, channel, form);
   const glm::ivec3 dims = dense.level.info.dims;
   const std::size_t bytes = voxelBytes(info.type);
   const auto count =
@@ -35,7 +35,7 @@ inline DenseLevel readDense(const VolumeFile& file, int index, int channel = 0) 
     std::uint64_t next = block.first_subblock;
     for (int local = 0; local < info.block_side * info.block_side * info.block_side; ++local) {
       if ((block.occupancy[static_cast<std::size_t>(local / 64)] >> (local % 64) & 1) == 0) continue;
-      file.readVoxels(index, channel, next++, 1, subblock);
+      file.readVoxels(index, channel, next++, 1, subblock, form);
       const glm::ivec3 begin = block.origin * info.blockVoxels() +
                                side * glm::ivec3(local % info.block_side, local / info.block_side % info.block_side,
                                                  local / info.block_side / info.block_side);
@@ -97,27 +97,30 @@ inline std::string readContents(const std::filesystem::path& path) {
     appendValue(out, channel.nonfinite_voxels);
     appendValue(out, channel.largest_rounding);
   }
-  const int channels = static_cast<int>(info.channels.size());
-  for (int i = 0; i < static_cast<int>(info.levels.size()) * channels; ++i) {
-    const Level level = file.readLevel(i / channels, i % channels);
-    for (const Level& records : {level, file.readApronLevel(i / channels, i % channels)}) {
-      for (const Block& block : records.blocks) {
-        appendValue(out, block.origin);
-        appendValue(out, block.density_min);
-        appendValue(out, block.density_max);
-        appendValue(out, block.range_mask);
-        appendValue(out, block.occupancy);
-        appendValue(out, block.neighbours);
-      }
-      for (const Subblock& subblock : records.subblocks) {
-        appendValue(out, subblock.density_min);
-        appendValue(out, subblock.density_max);
-        appendValue(out, subblock.range_mask);
+  for (int number = 0; number < static_cast<int>(info.levels.size()); ++number) {
+    for (const Form form : {Form::values, Form::maxima}) {
+      for (int channel = 0; info.has(number, form) && channel < static_cast<int>(info.channels.size()); ++channel) {
+        const Level level = file.readLevel(number, channel, form);
+        for (const Level& records : {level, file.readApronLevel(number, channel, form)}) {
+          for (const Block& block : records.blocks) {
+            appendValue(out, block.origin);
+            appendValue(out, block.density_min);
+            appendValue(out, block.density_max);
+            appendValue(out, block.range_mask);
+            appendValue(out, block.occupancy);
+            appendValue(out, block.neighbours);
+          }
+          for (const Subblock& subblock : records.subblocks) {
+            appendValue(out, subblock.density_min);
+            appendValue(out, subblock.density_max);
+            appendValue(out, subblock.range_mask);
+          }
+        }
+        std::vector<std::byte> voxels(static_cast<std::size_t>(level.info.voxel_bytes));
+        file.readVoxels(number, channel, 0, level.info.subblock_count, voxels, form);
+        out.append(reinterpret_cast<const char*>(voxels.data()), voxels.size());
       }
     }
-    std::vector<std::byte> voxels(static_cast<std::size_t>(level.info.voxel_bytes));
-    file.readVoxels(i / channels, i % channels, 0, level.info.subblock_count, voxels);
-    out.append(reinterpret_cast<const char*>(voxels.data()), voxels.size());
   }
   return out;
 }

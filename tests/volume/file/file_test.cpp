@@ -46,8 +46,8 @@ TEST(File, GoldenBytesOfVersion3) {
   buildVolume(source, folder / "golden.bwv", {.subblock_side = 4, .block_side = 2});
   const std::string bytes = readBytes(folder / "golden.bwv");
   EXPECT_EQ(bytes.substr(0, 12), std::string("BWVOL\r\n\x1a\x03\0\0\0", 12));
-  EXPECT_EQ(bytes.size(), 16960u);
-  EXPECT_EQ(checksumOf(std::as_bytes(std::span(bytes))), 9212029925570413470u);
+  EXPECT_EQ(bytes.size(), 18176u);
+  EXPECT_EQ(checksumOf(std::as_bytes(std::span(bytes))), 16729553246019980665u);
 }
 
 TEST(File, AnOlderVersionIsRefusedWithTheCommandThatMakesItAnew) {
@@ -170,6 +170,7 @@ TEST(File, ErrorsNameFieldOffsetAndBound) {
       {"whole", 164, raw(1u), "whole_dims at offset 164 is 1, must be 0 in version 3"},
       {"step", 176, raw(1u), "time_step at offset 176 is 1, must be 0 in version 3"},
       {"steps", 180, raw(1u), "time_steps at offset 180 is 1, must be 0 in version 3"},
+      {"maxima", 184, raw(1u), "maxima_count at offset 184 is 1, must be 0 or 2, for level 2 and on"},
       {"reserved", 188, raw(1u), "reserved at offset 188 is 1, must be 0"},
       {"scale 0", channel, raw(0.0), "value_scale " + at(channel) + " is 0"},
       {"scale negative", channel, raw(-1.0), "value_scale"},
@@ -332,21 +333,26 @@ TEST(File, OneSubblockABlockStaysWithinATenthOfItsVoxels) {
 TEST(File, RecordsComeBeforeVoxelsAndCoarseLevelsFirst) {
   const ScratchFolder folder;
   const std::string whole = smallFile(folder);
-  const std::size_t levels = valueAt<FileHeader>(whole, 0).level_count;
-  ASSERT_GT(levels, 2u);
-  std::uint64_t end = valueAt<FileHeader>(whole, 0).header_bytes;
+  const auto header = valueAt<FileHeader>(whole, 0);
+  ASSERT_GT(header.level_count, 3);
+  ASSERT_EQ(header.maxima_count, header.level_count - 2u);
+  // Coarsest first, values before maxima.
+  std::vector<std::size_t> order;
+  for (std::size_t level = header.level_count; level-- > 0;) {
+    order.push_back(level);
+    if (level >= 2) order.push_back(header.level_count + level - 2);
+  }
+  std::uint64_t end = header.header_bytes;
   const auto follows = [&end](const Section& section) {
     EXPECT_EQ(section.offset, (end + 63) / 64 * 64);
     end = section.offset + section.bytes;
   };
-  for (std::size_t i = levels; i-- > 0;) {
+  for (const std::size_t i : order) {
     follows(valueAt<LevelEntry>(whole, levelEntryAt(i)).blocks);
     const auto sections = valueAt<ChannelSections>(whole, sectionsAt(whole, i, 0));
     for (const Section& section : {sections.ranges, sections.apron_ranges, sections.pages}) follows(section);
   }
-  for (std::size_t i = levels; i-- > 0;) {
-    follows(valueAt<ChannelSections>(whole, sectionsAt(whole, i, 0)).voxels);
-  }
+  for (const std::size_t i : order) follows(valueAt<ChannelSections>(whole, sectionsAt(whole, i, 0)).voxels);
   EXPECT_EQ(end, whole.size());
 }
 

@@ -53,7 +53,8 @@ inline void sealHeader(std::span<std::byte> bytes) {
 inline void seal(std::span<std::byte> bytes) {
   if (bytes.size() < sizeof(FileHeader)) return;
   const auto header = valueAt<FileHeader>(bytes, 0);
-  const std::size_t levels = std::min<std::size_t>(header.level_count, kMaxLevels);
+  const std::size_t levels =
+      std::min<std::size_t>(header.level_count, kMaxLevels) + std::min<std::size_t>(header.maxima_count, kMaxLevels);
   const std::size_t channels = std::min<std::size_t>(header.channel_count, kMaxChannels);
   const auto sealSection = [&](Section& section) {
     if (liesInside(bytes, section)) section.checksum = checksumOf(bytes.subspan(section.offset, section.bytes));
@@ -85,15 +86,18 @@ std::string raw(const T& value) {
   return std::string(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-// Where the parts of the header begin.
-inline std::size_t levelEntryAt(std::size_t level) { return sizeof(FileHeader) + level * sizeof(LevelEntry); }
-inline std::size_t sectionsAt(const std::string& bytes, std::size_t level, std::size_t channel) {
+// Where the parts of the header begin. An entry is a level's values, or behind them all a level's maxima.
+inline std::size_t entryCount(const std::string& bytes) {
   const auto header = valueAt<FileHeader>(bytes, 0);
-  return levelEntryAt(header.level_count) + (level * header.channel_count + channel) * sizeof(ChannelSections);
+  return std::size_t{header.level_count} + header.maxima_count;
+}
+inline std::size_t levelEntryAt(std::size_t entry) { return sizeof(FileHeader) + entry * sizeof(LevelEntry); }
+inline std::size_t sectionsAt(const std::string& bytes, std::size_t entry, std::size_t channel) {
+  const auto header = valueAt<FileHeader>(bytes, 0);
+  return levelEntryAt(entryCount(bytes)) + (entry * header.channel_count + channel) * sizeof(ChannelSections);
 }
 inline std::size_t channelEntryAt(const std::string& bytes, std::size_t channel) {
-  const auto header = valueAt<FileHeader>(bytes, 0);
-  return sectionsAt(bytes, header.level_count, 0) + channel * sizeof(ChannelEntry);
+  return sectionsAt(bytes, entryCount(bytes), 0) + channel * sizeof(ChannelEntry);
 }
 inline std::size_t metadataAt(const std::string& bytes) {
   return channelEntryAt(bytes, valueAt<FileHeader>(bytes, 0).channel_count);
@@ -106,7 +110,7 @@ inline bool isPadding(const std::string& bytes, std::size_t at) {
   const auto holds = [at](const Section& section) {
     return at >= section.offset && at - section.offset < section.bytes;
   };
-  for (std::size_t level = 0; level < header.level_count; ++level) {
+  for (std::size_t level = 0; level < entryCount(bytes); ++level) {
     if (holds(valueAt<LevelEntry>(bytes, levelEntryAt(level)).blocks)) return false;
     for (std::size_t channel = 0; channel < header.channel_count; ++channel) {
       const auto of = valueAt<ChannelSections>(bytes, sectionsAt(bytes, level, channel));
