@@ -88,6 +88,7 @@ void FrameRenderer::bindRegion(VulkanVolume& volume, ResidentLevel& level, const
                                gpu::FrameParams& params) {
   RegionKey key{.volume = volume.serial(),
                 .level = plan.level,
+                .form = plan.form,
                 .apron = plan.needs_apron,
                 .cell_voxels = plan.cell_voxels,
                 .channels = {}};
@@ -110,7 +111,7 @@ gpu::FrameParams FrameRenderer::bindVolume(VulkanVolume& volume, const ResolvedV
   gpu::FrameParams params = makeFrameParams(view, volume.info(), plan);
   std::vector<std::size_t> channels;
   for (const ChannelPlan& drawn : plan.channels) channels.push_back(drawn.channel);
-  ResidentLevel& level = volume.level(plan.level, plan.needs_apron, channels);
+  ResidentLevel& level = volume.level(plan.level, plan.form, plan.needs_apron, channels);
   for (std::size_t i = 0; i < channels.size(); ++i) {
     ResidentChannel& channel = *level.channels[channels[i]];
     params.channels[i].blocks = channel.blocks.address();
@@ -221,7 +222,7 @@ void FrameRenderer::probeFinders(VulkanVolume& volume, const ResolvedView& view,
   small.height = std::min(view.height, kProbeSide);
   small.samples = 1;
   const Plan probed = plan(small, volume.info(), traits(volume), false, false);
-  const std::uint64_t blocks = volume.info().levels[static_cast<std::size_t>(probed.level)].block_count;
+  const std::uint64_t blocks = volume.info().level(probed.level, probed.form).block_count;
   if (probed.is_blank || blocks > device_.maxInstances()) return;
   const Finder candidates[] = {Finder::query, Finder::grid};
   bool cancelled = false;

@@ -25,6 +25,7 @@ struct RegionChannel {
 struct RegionKey {
   std::uint64_t volume = 0;  // VulkanVolume::serial()
   int level = 0;
+  Form form = Form::values;
   bool apron = false;
   int cell_voxels = 0;
   std::vector<RegionChannel> channels;

@@ -54,8 +54,8 @@ void refuseWhatIsNotDefined(const ResolvedView& view, const VolumeInfo& info) {
   if (!isScalar(info)) throw ViewError("classification", "pre-integrated: needs a scalar volume, this one is rgba8");
 }
 
-Finder chooseFinder(const ResolvedView& view, const VolumeInfo& info, int level, const DeviceTraits& device) {
-  const std::uint64_t blocks = info.levels[static_cast<std::size_t>(level)].block_count;
+Finder chooseFinder(const ResolvedView& view, const LevelInfo& level, const DeviceTraits& device) {
+  const std::uint64_t blocks = level.block_count;
   const bool can_query = device.ray_query && blocks <= device.max_instances;
   const bool asks_rays =
       view.finder == Finder::query || view.finder == Finder::clusters || view.finder == Finder::boundary;
@@ -251,6 +251,11 @@ int chooseLevel(const ResolvedView& view, const VolumeInfo& info) {
   const double voxels = pixel / unitDistance(info);
   if (!(voxels >= 2)) return 0;
   const auto last = static_cast<int>(info.levels.size()) - 1;
+  if (view.mode == Mode::mip && info.has(kFirstMaximaLevel, Form::maxima)) {
+    // A maximum is lost between two rays, not thinned out: the level whose voxels are no smaller than a pixel.
+    const double level = std::max(std::ceil(std::log2(voxels)), static_cast<double>(kFirstMaximaLevel));
+    return static_cast<int>(std::min(level, static_cast<double>(last)));
+  }
   return static_cast<int>(std::min(std::floor(std::log2(voxels)), static_cast<double>(last)));
 }
 
@@ -259,11 +264,12 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   Plan plan;
   plan.level = view.level == kAutoLevel ? chooseLevel(view, info) : view.level;
   plan.channels = planChannels(view, info);
-  const LevelInfo& level = info.levels[static_cast<std::size_t>(plan.level)];
+  if (view.mode == Mode::mip && info.has(plan.level, Form::maxima)) plan.form = Form::maxima;
+  const LevelInfo& level = info.level(plan.level, plan.form);
   plan.is_blank = plan.channels.empty() || level.block_count == 0;
   plan.planes = cuttingPlanes(view, info);
   const bool open = isOpen(plan.channels, info);
-  const Finder finder = chooseFinder(view, info, plan.level, device);
+  const Finder finder = chooseFinder(view, level, device);
   plan.needs_clusters = finder == Finder::clusters;
   plan.needs_boundary = finder == Finder::boundary;
   if (plan.needsRegion()) {

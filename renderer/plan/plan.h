@@ -44,6 +44,7 @@ struct ChannelPlan {
 struct Plan {
   KernelKey key;
   int level = 0;
+  Form form = Form::values;           // of the level: maxima for mip where there are some
   int cell_voxels = 0;                // clusters and boundary: side of a macrocell
   std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something
   std::vector<ClipPlane> planes;      // world

@@ -121,7 +121,7 @@ VulkanVolume::VulkanVolume(Device& device, VolumeFile file, std::uint64_t chunk_
   const auto cube = [](int side) { return static_cast<std::uint64_t>(side) * static_cast<std::uint64_t>(side * side); };
   const std::uint64_t largest_block = cube(info.block_side) * ringedSubblockBytes(info);
   chunk_bytes_ = std::max(std::min(chunk_bytes_, device.maxAllocationBytes()), largest_block);
-  levels_.resize(2 * info.levels.size());
+  levels_.resize(4 * info.levels.size());
 }
 
 std::vector<ResidentPart> VulkanVolume::parts() const {
@@ -132,7 +132,7 @@ std::vector<ResidentPart> VulkanVolume::parts() const {
     const auto add = [&](std::string what, int channel, std::uint64_t bytes) {
       if (bytes == 0) return;
       parts.push_back({.what = std::move(what),
-                       .level = static_cast<int>(i / 2),
+                       .level = static_cast<int>(i / 4),
                        .apron = i % 2 != 0,
                        .channel = channel,
                        .bytes = bytes});
@@ -169,17 +169,17 @@ std::uint64_t VulkanVolume::deviceBytes() const {
   return bytes;
 }
 
-ResidentLevel& VulkanVolume::level(int number, bool apron, std::span<const std::size_t> channels) {
-  auto& level = levels_.at(2 * static_cast<std::size_t>(number) + (apron ? 1 : 0));
+ResidentLevel& VulkanVolume::level(int number, Form form, bool apron, std::span<const std::size_t> channels) {
+  auto& level = levels_.at(4 * static_cast<std::size_t>(number) + (form == Form::maxima ? 2 : 0) + (apron ? 1 : 0));
   auto loading = level ? nullptr : std::make_unique<ResidentLevel>();
   ResidentLevel& resident = level ? *level : *loading;
-  std::optional<ApronLevel> found;  // the subblocks with an apron are the same for every channel, and dear to find
+  std::optional<ApronLevel> found;
   for (const std::size_t channel : channels) {
     if (resident.channels.at(channel)) continue;
     if (!apron) {
-      loadStored(number, channel, resident);
+      loadStored(number, form, channel, resident);
     } else if (!found) {
-      loadWithApron(found.emplace(file_, number, static_cast<int>(channel)), channel, resident);
+      loadWithApron(found.emplace(file_, number, static_cast<int>(channel), form), channel, resident);
     } else {
       ApronLevel other(*found, static_cast<int>(channel));
       loadWithApron(other, channel, resident);
@@ -189,14 +189,14 @@ ResidentLevel& VulkanVolume::level(int number, bool apron, std::span<const std::
   return resident;
 }
 
-void VulkanVolume::loadStored(int number, std::size_t channel, ResidentLevel& level) {
+void VulkanVolume::loadStored(int number, Form form, std::size_t channel, ResidentLevel& level) {
   const VolumeInfo& info = file_.info();
   const auto file_channel = static_cast<int>(channel);
-  Level records = file_.readLevel(number, file_channel);
+  Level records = file_.readLevel(number, file_channel, form);
   const std::vector<Block>& blocks = records.blocks;
   const auto read = [&](std::size_t first, std::size_t end, std::span<std::byte> out) {
     const std::uint64_t bytes = info.subblockVoxels() * voxelBytes(info.type);
-    file_.readVoxels(number, file_channel, blocks[first].first_subblock, out.size() / bytes, out);
+    file_.readVoxels(number, file_channel, blocks[first].first_subblock, out.size() / bytes, out, form);
     BLOCKWALK_CHECK(blocks[end - 1].first_subblock + blocks[end - 1].subblock_count, ==,
                     blocks[first].first_subblock + out.size() / bytes);
   };

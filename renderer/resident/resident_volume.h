@@ -91,7 +91,7 @@ class VulkanVolume final : public ResidentVolume {
 
   // Each makes its part resident if it is not. Throws DataError for the file, DeviceError for memory.
   // A level with at least these channels; the finders of a level with some channel.
-  ResidentLevel& level(int number, bool apron, std::span<const std::size_t> channels);
+  ResidentLevel& level(int number, Form form, bool apron, std::span<const std::size_t> channels);
   const Buffer& masks(ResidentChannel& channel);
   const Buffer& emptySubblock(ResidentChannel& channel, std::size_t number, bool apron);
   const GridBuffers& grid(ResidentLevel& level);
@@ -104,7 +104,7 @@ class VulkanVolume final : public ResidentVolume {
  private:
   using ReadBlocks = std::function<void(std::size_t first, std::size_t end, std::span<std::byte> out)>;
 
-  void loadStored(int number, std::size_t channel, ResidentLevel& level);
+  void loadStored(int number, Form form, std::size_t channel, ResidentLevel& level);
   void loadWithApron(ApronLevel& apron, std::size_t channel, ResidentLevel& level);
   void upload(Level& records, std::size_t channel, std::uint64_t subblock_bytes, const ReadBlocks& read,
               ResidentLevel& level);
@@ -113,7 +113,8 @@ class VulkanVolume final : public ResidentVolume {
   std::uint64_t serial_;
   VolumeFile file_;
   std::uint64_t chunk_bytes_;
-  std::vector<std::unique_ptr<ResidentLevel>> levels_;  // two a level: without an apron, with one
+  std::vector<std::unique_ptr<ResidentLevel>>
+      levels_;  // four a level: values and maxima, each without an apron and with one
 };
 
 }  // namespace blockwalk

@@ -61,11 +61,12 @@ void copySubblock(DenseVolume& volume, const std::byte* bytes, glm::ivec3 first_
   });
 }
 
-void copyBlock(DenseVolume& volume, const VolumeFile& file, const Block& block) {
+void copyBlock(DenseVolume& volume, const VolumeFile& file, const Block& block, Form form) {
   const VolumeInfo& info = file.info();
   const std::size_t subblock_bytes = info.subblockVoxels() * voxelBytes(info.type);
   std::vector<std::byte> bytes(block.subblock_count * subblock_bytes);
-  file.readVoxels(volume.level, static_cast<int>(volume.channel), block.first_subblock, block.subblock_count, bytes);
+  file.readVoxels(volume.level, static_cast<int>(volume.channel), block.first_subblock, block.subblock_count, bytes,
+                  form);
   std::size_t next = 0;
   forEachVoxel(glm::ivec3(0), glm::ivec3(info.block_side), [&](glm::ivec3 local) {
     const std::size_t bit = linear(local, glm::ivec3(info.block_side));
@@ -127,10 +128,10 @@ DenseVolume volumeFromSource(Source& source, float empty_threshold, int block_vo
   return volume;
 }
 
-DenseVolume volumeFromFile(const VolumeFile& file, int level, std::size_t number) {
+DenseVolume volumeFromFile(const VolumeFile& file, int level, std::size_t number, Form form) {
   const VolumeInfo& info = file.info();
   const ChannelInfo& channel = info.channels.at(number);
-  const Level records = file.readLevel(level, static_cast<int>(number));
+  const Level records = file.readLevel(level, static_cast<int>(number), form);
   DenseVolume volume{.type = info.type,
                      .channel = number,
                      .level0_dims = info.dims,
@@ -151,7 +152,7 @@ DenseVolume volumeFromFile(const VolumeFile& file, int level, std::size_t number
   for (const Block& block : records.blocks) {
     volume.blocks[volume.blockAt(block.origin)] = {
         .stored = true, .density_min = block.density_min, .density_max = block.density_max, .bins = block.range_mask};
-    copyBlock(volume, file, block);
+    copyBlock(volume, file, block, form);
   }
   return volume;
 }

@@ -66,6 +66,6 @@ void deriveBlocks(DenseVolume& volume, int block_voxels);
 DenseVolume volumeFromSource(Source& source, float empty_threshold, int block_voxels);
 
 // One level of a channel as the file stores it; blocks and their ranges are the file's records.
-DenseVolume volumeFromFile(const VolumeFile& file, int level, std::size_t number = 0);
+DenseVolume volumeFromFile(const VolumeFile& file, int level, std::size_t number = 0, Form form = Form::values);
 
 }  // namespace blockwalk::reference

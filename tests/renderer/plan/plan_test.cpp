@@ -384,6 +384,35 @@ TEST(Plan, LevelFollowsThePixel) {
   EXPECT_THROW(planFor(view, info), ViewError);
 }
 
+TEST(Plan, AMaximumIsDrawnFromMaxima) {
+  VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  ASSERT_GT(info.levels.size(), 4u);
+  View view;
+  view.ortho_height = 512;
+  view.mode = Mode::mip;
+  const auto planOfWidth = [&](int width) {
+    view.width = view.height = width;
+    return planFor(view, info);
+  };
+  // Without them its levels are those of the other modes.
+  EXPECT_EQ(planOfWidth(129).level, 1);
+  EXPECT_EQ(planOfWidth(129).form, Form::values);
+  info.maxima.assign(info.levels.begin() + kFirstMaximaLevel, info.levels.end());
+  EXPECT_EQ(planOfWidth(257).level, 0);  // less than two voxels a pixel
+  EXPECT_EQ(planOfWidth(257).form, Form::values);
+  EXPECT_EQ(planOfWidth(129).level, 2);  // whose voxels are no smaller than a pixel
+  EXPECT_EQ(planOfWidth(129).form, Form::maxima);
+  EXPECT_EQ(planOfWidth(128).level, 2);
+  EXPECT_EQ(planOfWidth(127).level, 3);
+  EXPECT_EQ(planOfWidth(1).level, static_cast<int>(info.levels.size()) - 1);
+  view.level = 1;  // as asked for, and the truth is not there
+  EXPECT_EQ(planOfWidth(127).form, Form::values);
+  view.level = 3;
+  EXPECT_EQ(planOfWidth(127).form, Form::maxima);
+  view.mode = Mode::blend;
+  EXPECT_EQ(planOfWidth(127).form, Form::values);
+}
+
 TEST(Plan, InsideTheVolumeIsLevelZero) {
   const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
   View view;
