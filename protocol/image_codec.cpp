@@ -250,6 +250,11 @@ std::vector<std::byte> encodeImage(const Frame& frame, ImageFormat format, int q
   return encodeColor(frame, outputPicture(frame), format, quality);
 }
 
+std::span<const std::byte> rawBytes(const Frame& frame) {
+  static_assert(std::endian::native == std::endian::little);
+  return isPicture(frame.output) ? std::as_bytes(std::span(frame.pixels)) : std::as_bytes(std::span(frame.values));
+}
+
 RawPixel rawPixel(Output output) {
   if (isPicture(output)) return {};
   return {.channels = output == Output::position ? 3 : 1, .type = "f32"};

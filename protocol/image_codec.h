@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <string_view>
 #include <vector>
 
@@ -24,6 +25,9 @@ namespace blockwalk {
 // The frame must be complete (pixels = width * height, sides 1..8192). Throws DataError when the codec refuses, and for
 // a quality that is not 1..100.
 std::vector<std::byte> encodeImage(const Frame& frame, ImageFormat format, int quality);
+
+// The same bytes as format raw, where they lie in the frame.
+std::span<const std::byte> rawBytes(const Frame& frame);
 
 std::string_view imageMimeType(ImageFormat format);
 std::string_view imageFormatName(ImageFormat format);  // as in a view's `format`

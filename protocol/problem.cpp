@@ -3,6 +3,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include "protocol/json_text.h"
+
 namespace blockwalk {
 
 nlohmann::json problemJson(const Problem& problem) {
@@ -12,6 +14,13 @@ nlohmann::json problemJson(const Problem& problem) {
                              {"detail", problem.detail}};
   if (!problem.field.empty()) document["field"] = problem.field;
   return document;
+}
+
+std::string problemText(const Problem& problem) {
+  std::string text = "{\"detail\":" + writeJson(problem.detail);
+  if (!problem.field.empty()) text += ",\"field\":" + writeJson(problem.field);
+  return text + fmt::format(",\"status\":{},\"title\":\"{}\",\"type\":\"about:blank\"}}", problem.status,
+                            reasonPhrase(problem.status));
 }
 
 std::string_view reasonPhrase(int status) {

@@ -27,6 +27,9 @@ struct ProblemError : DataError {
 // {"type":"about:blank","title","status","detail","field"?}; the title is the status's reason phrase.
 nlohmann::json problemJson(const Problem& problem);
 
+// The same as text, made without a document: also where little memory is left.
+std::string problemText(const Problem& problem);
+
 // "Not Found" for 404; "Error" for a status that this server never sends.
 std::string_view reasonPhrase(int status);
 

@@ -144,7 +144,7 @@ std::string statsMessage(std::uint64_t id, std::uint64_t seq, const RenderStats&
 
 std::string pongMessage(double time) { return writeJson({{"type", "pong"}, {"t", time}}); }
 
-std::vector<std::byte> frameMessage(const FrameHeader& header, std::span<const std::byte> image) {
+std::vector<std::byte> frameHead(const FrameHeader& header) {
   const std::string text = writeJson({{"id", header.id},
                                       {"seq", header.seq},
                                       {"width", header.width},
@@ -157,10 +157,15 @@ std::vector<std::byte> frameMessage(const FrameHeader& header, std::span<const s
                                       {"gpu_ms", header.gpu_ms},
                                       {"encode_ms", header.encode_ms},
                                       {"dropped", header.dropped}});
-  std::vector<std::byte> message(4 + text.size() + image.size());
-  for (std::size_t i = 0; i < 4; ++i) message[i] = static_cast<std::byte>(text.size() >> (8 * i) & 0xff);
-  std::memcpy(message.data() + 4, text.data(), text.size());
-  std::copy(image.begin(), image.end(), message.begin() + 4 + static_cast<std::ptrdiff_t>(text.size()));
+  std::vector<std::byte> head(4 + text.size());
+  for (std::size_t i = 0; i < 4; ++i) head[i] = static_cast<std::byte>(text.size() >> (8 * i) & 0xff);
+  std::memcpy(head.data() + 4, text.data(), text.size());
+  return head;
+}
+
+std::vector<std::byte> frameMessage(const FrameHeader& header, std::span<const std::byte> image) {
+  std::vector<std::byte> message = frameHead(header);
+  message.insert(message.end(), image.begin(), image.end());
   return message;
 }
 

@@ -79,6 +79,8 @@ struct FrameHeader {
   std::uint64_t dropped = 0;  // views that no frame showed, so far
   bool operator==(const FrameHeader&) const = default;
 };
+// All before the image, so that the image need not be copied.
+std::vector<std::byte> frameHead(const FrameHeader& header);
 std::vector<std::byte> frameMessage(const FrameHeader& header, std::span<const std::byte> image);
 
 struct ParsedFrame {

@@ -200,6 +200,8 @@ TEST(ImageCodec, RawIsTheRows) {
   const auto bytes = encodeImage(frame, ImageFormat::raw, 85);
   ASSERT_EQ(bytes.size(), 80u);
   EXPECT_EQ(std::memcmp(bytes.data(), frame.pixels.data(), bytes.size()), 0);
+  EXPECT_EQ(static_cast<const void*>(rawBytes(frame).data()), frame.pixels.data());
+  EXPECT_EQ(rawBytes(frame).size(), 80u);
 }
 
 Frame valuesFrame(Output output, int width, int height, std::vector<float> values) {
