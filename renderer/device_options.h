@@ -26,8 +26,9 @@ struct DeviceOptions {
   // Draw with a general kernel while a view's own is made on a thread of its own (renderer/vulkan/kernels.h): for many
   // who share the device. Else a view waits for its kernel.
   bool background_kernels = false;
-  std::size_t most_kernels = 64;  // kept, some 3 MB each on lavapipe
-  double band_ms = 25;            // frames are cut into bands of about this device time
+  std::size_t most_kernels = 64;          // kept, some 3 MB each on lavapipe
+  std::uint64_t memory_budget_bytes = 0;  // 0: what the device says
+  double band_ms = 25;                    // frames are cut into bands of about this device time
   // Of sums that refinements keep between their steps, all together (renderer/resident/kept_sums.h).
   std::uint64_t kept_sum_bytes = std::uint64_t{256} << 20;
   // A submission that takes longer hangs, and the device is lost; by default 20 s, on a software device 300 s.

@@ -2,49 +2,59 @@
 // The volumes that are served: their ids, and how far each one is. Belongs to the socket thread.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
 
 #include "server/render/render_thread.h"
+#include "volume/volume.h"
 
 namespace blockwalk {
 
-// loading -> ready, or loading -> failed, or later ready -> failed when the file breaks; never back.
 enum class VolumeState { loading, ready, failed };
 
+// One content of a file, as requests and streams hold it: it stays resident as long as one does, also when the file has
+// been replaced.
 struct ServedVolume {
+  std::string id;
+  VolumeId number = 0;
+  std::shared_ptr<const VolumeInfo> info;
+  std::string identity;             // changes when the file does; part of ETags
+  nlohmann::json document;          // of GET /volumes/{id}
+  std::shared_ptr<void> residence;  // its end unloads the volume
+};
+
+struct CatalogEntry {
   std::string id;  // in URLs: the file's stem, with other characters than [A-Za-z0-9._-] as '-', and a number if taken
   std::filesystem::path file;
   VolumeState state = VolumeState::loading;
-  std::string error;  // failed: why
-  LoadedVolume loaded;
-  std::string identity;  // ready: changes when the file does; part of ETags
-  std::string json;      // ready: the document of GET /volumes/{id}
+  std::string error;                           // failed: why
+  std::shared_ptr<const ServedVolume> served;  // once it was ready
 };
 
-class Volumes {
+class Catalog {
  public:
-  explicit Volumes(const std::vector<std::filesystem::path>& files);
+  explicit Catalog(const std::vector<std::filesystem::path>& files);
 
-  const std::vector<ServedVolume>& all() const { return volumes_; }
-  const ServedVolume& at(std::size_t index) const { return volumes_[index]; }
-  // Index by id; npos when there is none.
-  static constexpr std::size_t npos = static_cast<std::size_t>(-1);
-  std::size_t find(std::string_view id) const;
+  const std::vector<CatalogEntry>& all() const { return entries_; }
+  const CatalogEntry& at(std::size_t index) const { return entries_[index]; }
+  // Null when there is none.
+  const CatalogEntry* find(std::string_view id) const;
 
-  void setLoaded(std::size_t index, LoadedVolume loaded);
+  void setReady(std::size_t index, std::shared_ptr<const ServedVolume> served);
+  void setLoading(std::size_t index) { entries_[index].state = VolumeState::loading; }
   void setFailed(std::size_t index, std::string error);  // `error` is shown to clients
   bool settled() const;                                  // none is loading
   bool usable() const;                                   // one is ready, or none was named
 
-  nlohmann::json listJson() const;    // {"volumes": [...]}
-  nlohmann::json statesJson() const;  // {id: state}
+  nlohmann::json listJson() const;  // {"volumes": [...]}
 
  private:
-  std::vector<ServedVolume> volumes_;
+  std::vector<CatalogEntry> entries_;
 };
 
 // "loading", "ready", "failed"

@@ -18,6 +18,7 @@ blockwalk::DeviceOptions deviceOptions(const blockwalk::ServerOptions& options) 
           .allow_ray_query = !options.no_ray_query,
           .validation = options.validation,
           .background_kernels = true,
+          .memory_budget_bytes = options.memory_budget,
           .on_message = [](const std::string& message) { spdlog::warn("{}", message); }};
 }
 
@@ -26,13 +27,13 @@ int serve(const std::vector<std::string>& arguments) {
   spdlog::info("{}", blockwalk::setUpDriver().note);
   blockwalk::Server server(options, [options] { return blockwalk::createRenderer(deviceOptions(options)); });
   server.waitForDevice();  // a driver that hangs can still be ended by a signal
-  server.drainOnSignals();
+  server.takeSignals();
   fmt::print("blockwalkd: listening on {}\n", server.url());
   std::fflush(stdout);
   const int status = server.run();
   if (!server.stopRendering()) {
-    // A volume is being loaded, which cannot be interrupted and changes nothing outside this process.
-    spdlog::warn("ending while a volume loads");
+    // A piece of work cannot be interrupted, and changes nothing outside this process.
+    spdlog::warn("ending while the device is at work");
     std::_Exit(status);
   }
   return status;

@@ -29,12 +29,17 @@ const std::array kOptions = {
     ServerOption{"tls-key", "FILE", "private key of the certificate, PEM", &Options::tls_key},
     ServerOption{"web-root", "DIR", "the page's files (default: beside the executable)", &Options::web_root},
     ServerOption{"device", "NAME", "part of a device's name, or its index", &Options::device},
+    ServerOption{"memory-budget", "SIZE", "of device memory, as 2GiB, 512MiB or bytes (default: what the device says)",
+                 &Options::memory_budget},
     ServerOption{"no-ray-query", "", "hide ray queries, so that the grid serves everything", &Options::no_ray_query},
     ServerOption{"validation", "", "Vulkan validation, logged", &Options::validation},
     ServerOption{"header-time", "SECONDS", "for a request's header", &Options::header_time, 1, 3600},
     ServerOption{"body-time", "SECONDS", "for a request's body", &Options::body_time, 1, 3600},
     ServerOption{"idle-time", "SECONDS", "a connection may be silent", &Options::idle_time, 1, 86400},
-    ServerOption{"send-time", "SECONDS", "a client may take nothing of what is sent", &Options::send_time, 1, 3600},
+    ServerOption{"send-time", "SECONDS", "a client may take nothing of what is sent, or acknowledge nothing",
+                 &Options::send_time, 1, 3600},
+    ServerOption{"send-rate", "BYTES", "a second that a client must take of a reply, after the send time",
+                 &Options::send_rate, 1, 1 << 30},
     ServerOption{"drain-time", "SECONDS", "from SIGTERM to the end", &Options::drain_time, 1, 3600},
     ServerOption{"header-limit", "BYTES", "of a request's header", &Options::header_limit, 1024, 1 << 20},
     ServerOption{"body-limit", "BYTES", "of a request's body", &Options::body_limit, 1024, 1 << 30},
@@ -45,6 +50,8 @@ const std::array kOptions = {
     ServerOption{"max-megapixels", "N", "of all frames waiting to be encoded", &Options::max_megapixels, 68, 100000},
     ServerOption{"message-rate", "N", "messages a second that a stream takes; more wait", &Options::message_rate, 1,
                  1000000},
+    ServerOption{"message-bytes", "BYTES", "of messages a second that a stream takes; more wait",
+                 &Options::message_bytes, 64 << 10, 1 << 30},
     ServerOption{"frames-in-flight", "N", "frames a stream sends without acknowledgement", &Options::frames_in_flight,
                  1, 3},
     ServerOption{"encode-threads", "N", "threads that encode images", &Options::encode_threads, 1, 64},
@@ -60,6 +67,21 @@ std::int64_t parseCount(const ServerOption& option, std::string_view text) {
   return value;
 }
 
+// Bytes, or a number of KiB, MiB, GiB or TiB.
+std::uint64_t parseSize(const ServerOption& option, std::string_view text) {
+  static constexpr std::array<std::pair<std::string_view, int>, 5> kUnits = {
+      {{"", 0}, {"KiB", 10}, {"MiB", 20}, {"GiB", 30}, {"TiB", 40}}};
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
+  for (const auto& [name, shift] : kUnits) {
+    if (error != std::errc() || unit != name || value == 0 || value > (std::uint64_t{1} << 60) >> shift) continue;
+    return value << shift;
+  }
+  throw UsageError(
+      fmt::format("--{}: must be bytes, or a whole number of KiB, MiB, GiB or TiB, not '{}'", option.name, text));
+}
+
 const ServerOption* findOption(std::string_view name) {
   const auto found = std::find_if(kOptions.begin(), kOptions.end(), [&](const auto& o) { return o.name == name; });
   return found == kOptions.end() ? nullptr : &*found;
@@ -72,6 +94,8 @@ void setOption(Options& options, const ServerOption& option, const std::string& 
     options.** path = text;
   } else if (const auto* count = std::get_if<std::int64_t Options::*>(&option.member)) {
     options.** count = parseCount(option, text);
+  } else if (const auto* size = std::get_if<std::uint64_t Options::*>(&option.member)) {
+    options.** size = parseSize(option, text);
   } else {
     options.*std::get<bool Options::*>(option.member) = true;
   }

@@ -23,6 +23,7 @@ struct ServerOptions {
   std::filesystem::path tls_key = {};
   std::filesystem::path web_root = {};  // empty: beside the executable
   std::string device = {};
+  std::uint64_t memory_budget = 0;  // of the device; 0: what it says
   bool no_ray_query = false;
   bool validation = false;
   // Bounds. Times are in seconds.
@@ -30,7 +31,8 @@ struct ServerOptions {
   std::int64_t body_time = 30;
   std::int64_t idle_time = 60;
   std::int64_t send_time = 20;
-  std::int64_t drain_time = 4;  // so that the process ends within 5
+  std::int64_t send_rate = 24 << 10;  // bytes a second
+  std::int64_t drain_time = 4;        // so that the process ends within 5
   std::int64_t header_limit = 32 << 10;
   std::int64_t body_limit = 1 << 20;
   std::int64_t max_connections = 512;
@@ -38,19 +40,21 @@ struct ServerOptions {
   std::int64_t max_image_jobs = 32;
   std::int64_t max_megapixels = 256;
   std::int64_t message_rate = 4000;
+  std::int64_t message_bytes = 4 << 20;  // a second
   std::int64_t frames_in_flight = 3;
   std::int64_t encode_threads = 2;
 };
 
 using OptionMember = std::variant<std::string ServerOptions::*, std::filesystem::path ServerOptions::*,
-                                  bool ServerOptions::*, std::int64_t ServerOptions::*>;
+                                  bool ServerOptions::*, std::int64_t ServerOptions::*, std::uint64_t ServerOptions::*>;
 
 struct ServerOption {
   std::string_view name;   // --name, and the configuration's member
   std::string_view value;  // how to write it; empty: a switch
   std::string_view help;
   OptionMember member;
-  std::int64_t lo = 0;  // numbers: bounds, inclusive
+  std::int64_t lo =
+      0;  // whole numbers: bounds, inclusive; of uint64_t members, which are sizes, they are not looked at
   std::int64_t hi = 0;
 };
 

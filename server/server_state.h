@@ -1,20 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
-// Everything the socket thread knows. Only that thread touches it, so there is no lock.
+// What the socket thread knows: plain data, from which replies are made. Only that thread touches it, so there is no
+// lock.
 #pragma once
 
 #include <cstdint>
-#include <optional>
+#include <map>
+#include <memory>
+#include <set>
 #include <string>
 
-#include "renderer/renderer.h"
 #include "server/catalog.h"
+#include "server/counted.h"
+#include "server/histogram.h"
 #include "server/http/rules.h"
 #include "server/http/static_pages.h"
 #include "server/options.h"
+#include "server/render/pixel_room.h"
 
 namespace blockwalk {
 
-// Counted since the start, but for the three of `open`.
+// Counted since the start.
 struct ServerCounters {
   std::uint64_t requests = 0;
   std::uint64_t refused_requests = 0;  // answered with 4xx
@@ -23,26 +28,35 @@ struct ServerCounters {
   std::uint64_t cancelled_frames = 0;
   std::uint64_t sent_bytes = 0;
   std::uint64_t sessions = 0;
-  std::uint64_t dropped_views = 0;  // that no frame showed
-  double render_seconds = 0;
-  double encode_seconds = 0;
-  std::int64_t open_connections = 0;
-  std::int64_t open_sessions = 0;
-  std::int64_t image_jobs = 0;
+  std::uint64_t evicted_connections = 0;  // closed to make place for others
+  std::uint64_t dropped_views = 0;        // that no frame showed
+  // Of each frame that was rendered.
+  TimeHistogram render_time;
+  TimeHistogram wait_time;  // for its first turn
+  TimeHistogram encode_time;
+};
+
+// What there is now.
+struct ServerCounts {
+  Count connections;
+  Count sessions;
+  Count image_jobs;
 };
 
 struct ServerState {
   ServerOptions options;
   HttpRules rules;
-  Volumes volumes;
+  Catalog catalog;
   StaticPages pages;
-  std::optional<DeviceInfo> device;  // absent until the render thread has one
-  ServerCounters counters;
-  std::int64_t pending_pixels =
-      0;  // of frames being rendered or encoded, and what encoded ones hold until they are sent
+  std::shared_ptr<const DeviceInfo> device = {};  // null until there is one
+  RenderStatus render = {};
+  std::map<std::string, std::uint64_t> memory_parts = {};  // bytes on the device by what they are
+  ServerCounters counters = {};
+  ServerCounts counts = {};
+  PixelRoom room;
   bool draining = false;
 
-  std::int64_t maxPixels() const { return options.max_megapixels * 1000000; }
+  bool hasDevice() const { return device != nullptr && render.state == DeviceState::ready; }
 };
 
 // Prometheus text.

@@ -10,13 +10,17 @@
 #include <boost/beast/http/read.hpp>
 #include <boost/beast/http/string_body.hpp>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "protocol/image_codec.h"
 #include "protocol/json_text.h"
 #include "protocol/render_json.h"
 #include "server/http/chunked_body.h"
+#include "server/http/departure.h"
 #include "server/http/routes.h"
+#include "server/http/send_watch.h"
 #include "server/http/wire_stream.h"
+#include "server/peer.h"
 #include "server/render/await_result.h"
 #include "server/stream/session.h"
 
@@ -29,22 +33,18 @@ using boost::system::error_code;
 using Parser = http::request_parser<http::string_body>;
 
 constexpr std::size_t kReadBytes = 4096;
-constexpr std::size_t kSlice = std::size_t{256} << 10;
+constexpr std::size_t kSlice = std::size_t{64} << 10;
 constexpr std::chrono::seconds kLingerTime{1};
 
 class Connection {
  public:
-  Connection(asio::ip::tcp::socket socket, ServerContext& context)
-      : stream_(std::move(socket), context.tls.get()),
-        context_(context),
-        options_(context.state.options),
+  Connection(asio::ip::tcp::socket socket, std::uint64_t peer, Services& services)
+      : counted_(services.state.counts.connections),
+        stream_(std::move(socket), services.tls),
+        services_(services),
+        options_(services.state.options),
         buffer_(static_cast<std::size_t>(options_.header_limit) + (64 << 10)),
-        client_(context.frames.newClient()) {
-    ++context_.state.counters.open_connections;
-  }
-  ~Connection() { --context_.state.counters.open_connections; }
-  Connection(const Connection&) = delete;
-  Connection& operator=(const Connection&) = delete;
+        account_{.peer = peer, .group = RenderThread::kRequests, .client = services.frames.newClient()} {}
 
   asio::awaitable<void> serve();
 
@@ -61,13 +61,17 @@ class Connection {
   asio::awaitable<Next> refuse(const HttpReply& reply);
   asio::awaitable<void> linger();
   HttpReply parseFault(error_code error, const Parser& parser) const;
+  bool isCrowded() const { return services_.state.counts.connections.now > options_.max_connections; }
+  bool isWelcome(const HttpRequest& request) const;
   static std::chrono::seconds seconds(std::int64_t count) { return std::chrono::seconds(count); }
 
+  const Counted counted_;
   WireStream stream_;  // moved from once a stream session has it
-  ServerContext& context_;
+  Services& services_;
   const ServerOptions& options_;
   beast::flat_buffer buffer_;
-  std::uint64_t client_;
+  const Account account_;
+  std::optional<WaitingConnections::Place> waiting_;
   bool is_first_ = true;
 };
 
@@ -91,6 +95,7 @@ bool isFaultOfRequest(error_code error) {
 }
 
 asio::awaitable<void> Connection::serve() {
+  waiting_.emplace(services_.waiting, stream_);
   stream_.expires_after(seconds(options_.header_time));
   if (const error_code error = co_await stream_.handshake()) {
     spdlog::debug("TLS handshake: {}", error.message());
@@ -101,7 +106,7 @@ asio::awaitable<void> Connection::serve() {
   while (next == Next::request) {
     const bool has_more = co_await awaitFirstByte();
     if (!has_more) break;
-    const BusyLease busy(context_);
+    const Counted busy(services_.busy);
     next = co_await serveRequest();
   }
   if (next == Next::handed_over) co_return;
@@ -110,7 +115,9 @@ asio::awaitable<void> Connection::serve() {
 }
 
 // A new connection must send its whole first header within the header time; later ones may be silent for the idle time.
+// Until the header is there it may be closed to make place for others.
 asio::awaitable<bool> Connection::awaitFirstByte() {
+  if (!waiting_) waiting_.emplace(services_.waiting, stream_);
   if (buffer_.size() > 0) co_return true;
   stream_.expires_after(seconds(is_first_ ? options_.header_time : options_.idle_time));
   error_code error;
@@ -127,13 +134,19 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
   is_first_ = false;
   error_code error;
   co_await http::async_read_header(stream_, buffer_, parser, keepError(error));
+  waiting_.reset();
   if (error && !isFaultOfRequest(error)) co_return Next::close;
-  ++context_.state.counters.requests;
+  ++services_.state.counters.requests;
   if (error) co_return co_await refuse(parseFault(error, parser));
 
   HttpRequest request = plainRequest(parser);
-  const bool close = request.version == 10 || request.hasToken("Connection", "close");
-  if (auto refusal = judgeHead(request, context_.state.rules)) {
+  const bool is_crowded = isCrowded();
+  const bool close = request.version == 10 || request.hasToken("Connection", "close") || is_crowded;
+  std::optional<HttpReply> refusal = judgeHead(request, services_.state.rules);
+  if (!refusal && is_crowded && !isWelcome(request)) {
+    refusal = failureReply({.status = 503, .detail = "as many connections are open as may be", .field = {}});
+  }
+  if (refusal) {
     // A body that was announced is not read, so the connection cannot go on.
     refusal->close = true;
     co_return co_await refuse(*refusal);
@@ -153,15 +166,25 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
   std::optional<StreamJob> stream;
   HttpReply reply = co_await answer(request, stream);
   if (stream && buffer_.size() == 0) {
-    co_await serveStream(std::move(stream_), parser.release(), context_, stream->volume);
+    co_await serveStream(std::move(stream_), parser.release(), services_, stream->volume, account_.peer);
     co_return Next::handed_over;
   }
   if (stream) reply = problemReply({.status = 400, .detail = "nothing may follow before the upgrade", .field = {}});
-  reply.close = reply.close || close || context_.state.draining;
+  // Who asks for more than there is may come again later, but not stay.
+  reply.close = reply.close || close || services_.state.draining || reply.status == 429;
   error = co_await send(reply);
   if (error || !reply.close) co_return error ? Next::close : Next::request;
   co_await linger();
   co_return Next::close;
+}
+
+// The places beyond max_connections are for those that watch the server, and for those that it knows.
+bool Connection::isWelcome(const HttpRequest& request) const {
+  const HttpRules& rules = services_.state.rules;
+  if (isProbe(request)) return true;
+  if (!rules.token.empty()) return isAuthorized(request, rules);
+  return std::any_of(services_.streams.begin(), services_.streams.end(),
+                     [this](const OpenStream* stream) { return stream->peer() == account_.peer; });
 }
 
 asio::awaitable<error_code> Connection::readBody(Parser& parser, HttpRequest& request, std::optional<Problem>& fault) {
@@ -198,7 +221,7 @@ asio::awaitable<error_code> Connection::readChunks(HttpRequest& request, std::op
 asio::awaitable<HttpReply> Connection::answer(HttpRequest& request, std::optional<StreamJob>& stream) {
   std::exception_ptr thrown;
   try {
-    RouteResult result = routeRequest(request, context_.state);
+    RouteResult result = routeRequest(request, services_.state);
     if (auto* job = std::get_if<ImageJob>(&result)) co_return co_await answerImage(request, *job);
     if (auto* reply = std::get_if<HttpReply>(&result)) co_return std::move(*reply);
     stream = std::get<StreamJob>(result);
@@ -206,39 +229,23 @@ asio::awaitable<HttpReply> Connection::answer(HttpRequest& request, std::optiona
   } catch (...) {
     thrown = std::current_exception();
   }
-  co_return failureReply(thrown);
+  co_return failureReply(problemOf(thrown));
 }
 
-class ImageJobLease {
- public:
-  explicit ImageJobLease(ServerState& state) : state_(state) { ++state_.counters.image_jobs; }
-  ~ImageJobLease() { --state_.counters.image_jobs; }
-  ImageJobLease(const ImageJobLease&) = delete;
-  ImageJobLease& operator=(const ImageJobLease&) = delete;
-
- private:
-  ServerState& state_;
-};
-
 asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, const ImageJob& job) {
-  ServerState& state = context_.state;
-  if (state.counters.image_jobs >= options_.max_image_jobs || !context_.frames.hasRoom(job.view)) {
-    HttpReply reply = problemReply({.status = 429, .detail = "as many images wait as may", .field = {}});
-    reply.fields.emplace_back("Retry-After", "1");
-    co_return reply;
+  if (!services_.frames.hasRoom(account_, job.view)) {
+    co_return failureReply({.status = 429, .detail = "as many images wait as may", .field = {}});
   }
-  const ImageJobLease lease(state);
-  ImageOrder order{.client = client_,
-                   .volume = job.volume,
-                   .format = job.format,
-                   .quality = job.quality,
-                   .frame = {.view = job.view, .cancel = std::make_shared<std::atomic<bool>>(false)}};
-  MadeFrame made = co_await context_.frames.make(std::move(order));
+  const auto cancel = std::make_shared<std::atomic<bool>>(false);
+  const ImageOrder order{.account = account_,
+                         .volume = job.volume->number,
+                         .format = job.format,
+                         .quality = job.quality,
+                         .frame = {.view = job.view, .cancel = cancel}};
+  const DepartureWatch departure(stream_, [this, cancel] { services_.frames.cancel(*cancel); });
+  MadeFrame made = co_await services_.frames.make(order);
   if (made.cancelled) co_return problemReply({.status = 503, .detail = "the server is ending", .field = {}});
-  HttpReply reply{.status = 200,
-                  .type = std::string(imageMimeType(job.format)),
-                  .fields = {},
-                  .body = std::make_shared<const std::vector<std::byte>>(std::move(made.bytes))};
+  HttpReply reply{.status = 200, .type = std::string(imageMimeType(job.format)), .fields = {}, .body = made.image};
   reply.room = made.room;
   reply.omit_body = request.method == "HEAD";
   reply.fields.emplace_back("ETag", job.etag);
@@ -250,22 +257,26 @@ asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, c
   co_return reply;
 }
 
-// A slow client has the send time for each slice, not for the whole.
+// The time for it is SendWatch's to judge.
 asio::awaitable<error_code> Connection::send(const HttpReply& reply) {
-  ServerCounters& counters = context_.state.counters;
+  ServerCounters& counters = services_.state.counters;
   if (reply.status >= 500) ++counters.failed_requests;
   if (reply.status >= 400 && reply.status < 500) ++counters.refused_requests;
   const std::string head = replyHead(reply);
   error_code error;
-  stream_.expires_after(seconds(options_.send_time));
+  stream_.expires_never();
+  SendWatch watch(stream_, sendBounds(options_));
+  std::span<const std::byte> rest = reply.omit_body ? std::span<const std::byte>() : reply.body.view;
   co_await asio::async_write(stream_, asio::buffer(head), keepError(error));
-  const std::size_t size = reply.body && !reply.omit_body ? reply.body->size() : 0;
-  for (std::size_t sent = 0; sent < size && !error; sent += kSlice) {
-    stream_.expires_after(seconds(options_.send_time));
-    const auto slice = asio::buffer(reply.body->data() + sent, std::min(kSlice, size - sent));
-    co_await asio::async_write(stream_, slice, keepError(error));
+  watch.wrote(head.size());
+  counters.sent_bytes += head.size();
+  while (!rest.empty() && !error) {
+    const auto slice = rest.first(std::min(kSlice, rest.size()));
+    co_await asio::async_write(stream_, asio::buffer(slice.data(), slice.size()), keepError(error));
+    watch.wrote(slice.size());
+    counters.sent_bytes += slice.size();
+    rest = rest.subspan(slice.size());
   }
-  counters.sent_bytes += head.size() + size;
   co_return error;
 }
 
@@ -310,8 +321,11 @@ HttpReply Connection::parseFault(error_code error, const Parser& parser) const {
 
 }  // namespace
 
-asio::awaitable<void> serveConnection(asio::ip::tcp::socket socket, ServerContext& context) {
-  Connection connection(std::move(socket), context);
+asio::awaitable<void> serveConnection(asio::ip::tcp::socket socket, Services& services) {
+  error_code error;
+  const auto from = socket.remote_endpoint(error);
+  if (error) co_return;  // it is gone already
+  Connection connection(std::move(socket), peerOf(from.address()), services);
   co_await connection.serve();
 }
 

@@ -5,11 +5,11 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/ip/tcp.hpp>
 
-#include "server/server_context.h"
+#include "server/services.h"
 
 namespace blockwalk {
 
 // Owns the socket. Ends when the client does, at the first request whose framing is in doubt, or when a time is up.
-boost::asio::awaitable<void> serveConnection(boost::asio::ip::tcp::socket socket, ServerContext& context);
+boost::asio::awaitable<void> serveConnection(boost::asio::ip::tcp::socket socket, Services& services);
 
 }  // namespace blockwalk

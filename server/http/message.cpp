@@ -2,9 +2,6 @@
 #include "server/http/message.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
-
-#include "protocol/json_text.h"
 
 namespace blockwalk {
 namespace {
@@ -36,17 +33,19 @@ std::string_view HttpRequest::value(std::string_view name) const {
   return {};
 }
 
-bool HttpRequest::hasToken(std::string_view name, std::string_view token) const {
-  for (const auto& field : fields) {
-    if (!equalNames(field.first, name)) continue;
-    std::string_view rest = field.second;
-    while (!rest.empty()) {
-      const std::size_t comma = rest.find(',');
-      if (equalNames(trimmed(rest.substr(0, comma)), token)) return true;
-      rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
-    }
+bool hasToken(std::string_view list, std::string_view token) {
+  while (!list.empty()) {
+    const std::size_t comma = list.find(',');
+    if (equalNames(trimmed(list.substr(0, comma)), token)) return true;
+    list.remove_prefix(comma == std::string_view::npos ? list.size() : comma + 1);
   }
   return false;
+}
+
+bool HttpRequest::hasToken(std::string_view name, std::string_view token) const {
+  return std::any_of(fields.begin(), fields.end(), [&](const auto& field) {
+    return equalNames(field.first, name) && blockwalk::hasToken(field.second, token);
+  });
 }
 
 std::string_view HttpRequest::query() const {
@@ -54,17 +53,12 @@ std::string_view HttpRequest::query() const {
   return mark == std::string::npos ? std::string_view() : std::string_view(target).substr(mark + 1);
 }
 
-Bytes textBytes(std::string_view text) {
-  const auto* begin = reinterpret_cast<const std::byte*>(text.data());
-  return std::make_shared<const std::vector<std::byte>>(begin, begin + text.size());
-}
-
 HttpReply textReply(int status, std::string type, std::string_view text) {
   return {.status = status, .type = std::move(type), .fields = {}, .body = textBytes(text)};
 }
 
 HttpReply problemReply(const Problem& problem) {
-  HttpReply reply = textReply(problem.status, std::string(kProblemMimeType), writeJson(problemJson(problem)));
+  HttpReply reply = textReply(problem.status, std::string(kProblemMimeType), problemText(problem));
   reply.fields.emplace_back("Cache-Control", "no-store");
   return reply;
 }
@@ -76,7 +70,7 @@ std::string replyHead(const HttpReply& reply) {
   const bool never_a_body = reply.status == 204 || reply.status == 304;
   // A HEAD that renders nothing does not know the length, and may leave it out (RFC 9110, 9.3.2).
   if (!never_a_body && (reply.body || !reply.omit_body)) {
-    head += fmt::format("Content-Length: {}\r\n", reply.body ? reply.body->size() : 0);
+    head += fmt::format("Content-Length: {}\r\n", reply.body.size());
   }
   head += "X-Content-Type-Options: nosniff\r\n";
   if (reply.close) head += "Connection: close\r\n";

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "protocol/problem.h"
+#include "server/bytes.h"
 
 namespace blockwalk {
 
@@ -27,24 +28,24 @@ struct HttpRequest {
   std::string_view query() const;
 };
 
-using Bytes = std::shared_ptr<const std::vector<std::byte>>;
-
 struct HttpReply {
   int status = 200;
   std::string type = {};  // of the body
   std::vector<std::pair<std::string, std::string>> fields = {};
-  Bytes body = {};                  // null: none
+  Bytes body = {};                  // without an owner: none
   bool omit_body = false;           // the answer to HEAD
   bool close = false;               // the connection ends after this
   std::shared_ptr<void> room = {};  // kept until the reply is sent
 };
 
-Bytes textBytes(std::string_view text);
 HttpReply textReply(int status, std::string type, std::string_view text);
 HttpReply problemReply(const Problem& problem);
 
 // "HTTP/1.1 200 OK\r\n...\r\n\r\n"; Date is left out, as nothing here depends on the wall clock.
 std::string replyHead(const HttpReply& reply);
+
+// Whether a comma separated list has this token, without case.
+bool hasToken(std::string_view list, std::string_view token);
 
 // Equal without case, ASCII.
 bool equalNames(std::string_view a, std::string_view b);

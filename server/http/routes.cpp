@@ -3,6 +3,8 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <array>
 #include <new>
 #include <nlohmann/json.hpp>
 
@@ -16,32 +18,36 @@ namespace {
 
 constexpr std::string_view kApi = "/api/v1/";
 constexpr std::string_view kJson = "application/json";
+// The page's own files and streams, and pictures that it makes; nothing else, nowhere else.
+constexpr std::string_view kPagePolicy =
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
+    "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 constexpr std::string_view kReadMethods = "GET, HEAD, OPTIONS";
-constexpr std::string_view kImageMethods = "GET, HEAD, POST, OPTIONS";
 
 [[noreturn]] void refuse(int status, std::string detail, std::string field = {}) {
   throw ProblemError({.status = status, .detail = std::move(detail), .field = std::move(field)});
 }
 
-// OPTIONS and methods that a path does not have; nullopt when the request goes on.
-std::optional<HttpReply> judgeMethod(const HttpRequest& request, std::string_view allowed) {
-  HttpReply reply;
-  if (request.method == "OPTIONS") {
-    reply.status = 204;
-  } else if (request.method == "GET" || request.method == "HEAD" ||
-             (request.method == "POST" && allowed == kImageMethods)) {
-    return {};
-  } else {
-    reply = problemReply({.status = 405, .detail = fmt::format("this path has {}", allowed), .field = "method"});
-  }
-  reply.fields.emplace_back("Allow", std::string(allowed));
+HttpReply jsonTextReply(const HttpRequest& request, int status, std::string_view text) {
+  if (!acceptsType(request, kJson)) refuse(406, "this path has application/json", "Accept");
+  HttpReply reply = textReply(status, std::string(kJson), text);
+  reply.fields.emplace_back("Cache-Control", "no-store");
   return reply;
 }
 
 HttpReply jsonReply(const HttpRequest& request, int status, const nlohmann::json& value) {
-  if (!acceptsType(request, kJson)) refuse(406, "this path has application/json", "Accept");
-  HttpReply reply = textReply(status, std::string(kJson), writeJson(value));
-  reply.fields.emplace_back("Cache-Control", "no-store");
+  return jsonTextReply(request, status, writeJson(value));
+}
+
+// OPTIONS, and methods that a path does not have; none when the request goes on.
+std::optional<HttpReply> judgeMethod(const HttpRequest& request, std::string_view allowed) {
+  HttpReply reply{.status = 204};
+  if (!hasToken(allowed, request.method)) {
+    reply = problemReply({.status = 405, .detail = fmt::format("this path has {}", allowed), .field = "method"});
+  } else if (request.method != "OPTIONS") {
+    return {};
+  }
+  reply.fields.emplace_back("Allow", std::string(allowed));
   return reply;
 }
 
@@ -60,6 +66,8 @@ HttpReply pageReply(const HttpRequest& request, const ServerState& state) {
   if (matchesTag(request, page->second.etag)) reply = {.status = 304, .type = {}, .fields = {}, .body = {}};
   reply.fields.emplace_back("ETag", page->second.etag);
   reply.fields.emplace_back("Cache-Control", "no-cache");
+  reply.fields.emplace_back("Content-Security-Policy", std::string(kPagePolicy));
+  reply.fields.emplace_back("Referrer-Policy", "no-referrer");
   return reply;
 }
 
@@ -71,17 +79,6 @@ HttpReply tokenReply(const ServerState& state) {
   reply.fields.emplace_back("Set-Cookie",
                             "blockwalk_token=" + state.rules.token + "; Path=/; HttpOnly; SameSite=Strict" + secure);
   reply.fields.emplace_back("Cache-Control", "no-store");
-  return reply;
-}
-
-HttpReply readyReply(const HttpRequest& request, const ServerState& state) {
-  const bool ready = state.device.has_value() && state.volumes.settled() && state.volumes.usable() && !state.draining;
-  HttpReply reply = jsonReply(request, ready ? 200 : 503,
-                              {{"ready", ready},
-                               {"draining", state.draining},
-                               {"device", state.device.has_value()},
-                               {"volumes", state.volumes.statesJson()}});
-  if (!ready) reply.fields.emplace_back("Retry-After", "1");
   return reply;
 }
 
@@ -118,22 +115,79 @@ std::string imageTag(const ServedVolume& volume, const ImageRequest& image, cons
   return fmt::format("\"{}\"", contentTag(content));
 }
 
-void requireReady(const ServedVolume& volume, const ServerState& state) {
+// What a volume's paths need.
+const ServedVolume& requireReady(const CatalogEntry& entry, const ServerState& state) {
   if (state.draining) refuse(503, "the server is ending");
-  if (volume.state == VolumeState::loading || !state.device) refuse(503, "the volume is loading");
-  if (volume.state == VolumeState::failed) refuse(503, "the volume failed: " + volume.error);
+  if (state.device != nullptr && state.render.state == DeviceState::lost) {
+    refuse(503, "the device was lost and is being opened again");
+  }
+  if (entry.state == VolumeState::loading || !state.hasDevice()) refuse(503, "the volume is loading");
+  if (entry.state == VolumeState::failed) refuse(503, "the volume failed: " + entry.error);
+  return *entry.served;
 }
 
-RouteResult routeImage(const HttpRequest& request, const ServerState& state, std::size_t index) {
-  if (auto reply = judgeMethod(request, kImageMethods)) return *reply;
-  const ServedVolume& volume = state.volumes.at(index);
+// A request on its way to a handler.
+struct Asked {
+  const HttpRequest& request;
+  const ServerState& state;
+  std::string_view id;  // of the path's {id}
+
+  const CatalogEntry& volume() const {
+    const CatalogEntry* entry = state.catalog.find(id);
+    if (entry == nullptr) refuse(404, "there is no such volume", "id");
+    return *entry;
+  }
+};
+
+// What watches the server must be answered when little memory is left: fixed text, no document.
+RouteResult answerHealth(const Asked& asked) { return jsonTextReply(asked.request, 200, R"({"alive":true})"); }
+
+RouteResult answerReady(const Asked& asked) {
+  const ServerState& state = asked.state;
+  const bool ready = state.hasDevice() && state.catalog.settled() && state.catalog.usable() && !state.draining;
+  std::string volumes;
+  for (const CatalogEntry& entry : state.catalog.all()) {
+    // Ids are such that they need no escapes.
+    volumes += fmt::format("{}\"{}\":\"{}\"", volumes.empty() ? "" : ",", entry.id, volumeStateName(entry.state));
+  }
+  HttpReply reply = jsonTextReply(asked.request, ready ? 200 : 503,
+                                  fmt::format(R"({{"device":{},"draining":{},"ready":{},"volumes":{{{}}}}})",
+                                              state.hasDevice(), state.draining, ready, volumes));
+  if (!ready) reply.fields.emplace_back("Retry-After", "1");
+  return reply;
+}
+
+RouteResult answerMetrics(const Asked& asked) {
+  return textReply(200, "text/plain; version=0.0.4", metricsText(asked.state));
+}
+
+RouteResult answerVolumes(const Asked& asked) { return jsonReply(asked.request, 200, asked.state.catalog.listJson()); }
+
+RouteResult answerDevice(const Asked& asked) {
+  if (asked.state.device == nullptr) refuse(503, "the device is being opened");
+  DeviceInfo device = *asked.state.device;
+  device.memory_used_bytes = asked.state.render.memory_used_bytes;
+  return jsonReply(asked.request, 200, deviceJson(device));
+}
+
+RouteResult answerVolume(const Asked& asked) {
+  const CatalogEntry& entry = asked.volume();
+  if (entry.state == VolumeState::ready) return jsonReply(asked.request, 200, entry.served->document);
+  nlohmann::json document = {{"id", entry.id}, {"state", volumeStateName(entry.state)}};
+  if (entry.state == VolumeState::failed) document["error"] = entry.error;
+  return jsonReply(asked.request, 200, document);
+}
+
+RouteResult answerImage(const Asked& asked) {
+  const HttpRequest& request = asked.request;
+  const CatalogEntry& entry = asked.volume();
   const ImageRequest image = readImageRequest(request);
-  requireReady(volume, state);
+  const ServedVolume& volume = requireReady(entry, asked.state);
   // An undefined view is refused here, before it waits for the device.
-  ResolvedView view = resolveView(image.view, *volume.loaded.info);
+  ResolvedView view = resolveView(image.view, *volume.info);
   const std::string_view type = imageMimeType(image.format);
   if (!acceptsType(request, type)) refuse(406, fmt::format("this image is {}", type), "Accept");
-  const std::string etag = imageTag(volume, image, state);
+  const std::string etag = imageTag(volume, image, asked.state);
   const bool known = matchesTag(request, etag);
   if (request.method != "POST" && (known || request.method == "HEAD")) {
     HttpReply reply{.status = known ? 304 : 200, .type = known ? "" : std::string(type), .fields = {}, .body = {}};
@@ -143,48 +197,55 @@ RouteResult routeImage(const HttpRequest& request, const ServerState& state, std
     return reply;
   }
   return ImageJob{
-      .volume = index, .view = std::move(view), .format = image.format, .quality = image.quality, .etag = etag};
+      .volume = entry.served, .view = std::move(view), .format = image.format, .quality = image.quality, .etag = etag};
 }
 
-RouteResult routeVolume(const HttpRequest& request, const ServerState& state, std::string_view rest) {
-  const std::size_t slash = rest.find('/');
-  const std::size_t index = state.volumes.find(rest.substr(0, slash));
-  if (index == Volumes::npos) refuse(404, "there is no such volume", "id");
-  const ServedVolume& volume = state.volumes.at(index);
-  const std::string_view part = slash == std::string_view::npos ? std::string_view() : rest.substr(slash + 1);
-  if (slash == std::string_view::npos) {
-    if (auto reply = judgeMethod(request, kReadMethods)) return *reply;
-    refuseQuery(request);
-    if (volume.state == VolumeState::ready) return jsonReply(request, 200, nlohmann::json::parse(volume.json));
-    nlohmann::json document = {{"id", volume.id}, {"state", volumeStateName(volume.state)}};
-    if (volume.state == VolumeState::failed) document["error"] = volume.error;
-    return jsonReply(request, 200, document);
+RouteResult answerStream(const Asked& asked) {
+  const ServerState& state = asked.state;
+  const CatalogEntry& entry = asked.volume();
+  // Before the upgrade is judged: a page never sees why its WebSocket was refused, but can ask here with a plain GET.
+  requireReady(entry, state);
+  if (state.counts.sessions.now >= state.options.max_sessions) {
+    refuse(429, fmt::format("{} streams are open, as many as may be", state.options.max_sessions));
   }
-  if (part == "image") return routeImage(request, state, index);
-  if (part == "stream") {
-    if (auto reply = judgeMethod(request, "GET, OPTIONS")) return *reply;
-    // Before the upgrade is judged: a page never sees why its WebSocket was refused, but can ask here with a plain GET.
-    requireReady(volume, state);
-    if (state.counters.open_sessions >= state.options.max_sessions) {
-      refuse(429, fmt::format("{} streams are open, as many as may be", state.options.max_sessions));
-    }
-    if (auto reply = judgeUpgrade(request, state.rules)) return *reply;
-    return StreamJob{index};
-  }
-  refuse(404, "a volume has image and stream");
+  if (auto reply = judgeUpgrade(asked.request, state.rules)) return *reply;
+  return StreamJob{entry.served};
 }
 
-HttpReply plainReply(const HttpRequest& request, const ServerState& state) {
-  const std::string_view path = request.path();
-  if (auto reply = judgeMethod(request, kReadMethods)) return *reply;
-  refuseQuery(request);
-  if (path == "/healthz") return jsonReply(request, 200, {{"alive", true}});
-  if (path == "/readyz") return readyReply(request, state);
-  if (path == "/metrics") return textReply(200, "text/plain; version=0.0.4", metricsText(state));
-  if (path == "/api/v1/volumes") return jsonReply(request, 200, state.volumes.listJson());
-  // /api/v1/device
-  if (!state.device) refuse(503, "the device is being opened");
-  return jsonReply(request, 200, deviceJson(*state.device));
+struct Route {
+  Path path;
+  RouteResult (*answer)(const Asked&);
+  bool has_query = false;
+  bool is_probe = false;  // needs no token
+};
+
+constexpr std::array kRoutes = {
+    Route{{"/healthz", kReadMethods, "alive"}, answerHealth, false, true},
+    Route{{"/livez", kReadMethods, "alive"}, answerHealth, false, true},
+    Route{{"/readyz", kReadMethods, "ready to render"}, answerReady, false, true},
+    Route{{"/metrics", kReadMethods, "Prometheus text"}, answerMetrics},
+    Route{{"/api/v1/device", kReadMethods, "the device"}, answerDevice},
+    Route{{"/api/v1/volumes", kReadMethods, "all volumes"}, answerVolumes},
+    Route{{"/api/v1/volumes/{id}", kReadMethods, "one volume"}, answerVolume},
+    Route{{"/api/v1/volumes/{id}/image", "GET, HEAD, POST, OPTIONS", "a picture"}, answerImage, true},
+    Route{{"/api/v1/volumes/{id}/stream", "GET, OPTIONS", "WebSocket blockwalk.v1"}, answerStream, true},
+};
+
+// Whether the path is the route's, with the segment that stands where it has {id}.
+bool matches(std::string_view pattern, std::string_view path, std::string_view& id) {
+  constexpr std::string_view kId = "{id}";
+  const std::size_t at = pattern.find(kId);
+  if (at == std::string_view::npos) return path == pattern;
+  if (!path.starts_with(pattern.substr(0, at))) return false;
+  path.remove_prefix(at);
+  id = path.substr(0, path.find('/'));
+  return path.substr(id.size()) == pattern.substr(at + kId.size());
+}
+
+const Route* findRoute(std::string_view path, std::string_view& id) {
+  const auto found = std::find_if(kRoutes.begin(), kRoutes.end(),
+                                  [&](const Route& route) { return matches(route.path.path, path, id); });
+  return found == kRoutes.end() ? nullptr : &*found;
 }
 
 RouteResult routePath(const HttpRequest& request, const ServerState& state) {
@@ -194,8 +255,10 @@ RouteResult routePath(const HttpRequest& request, const ServerState& state) {
     reply.fields.emplace_back("Allow", "GET, HEAD, POST, OPTIONS");
     return reply;
   }
-  const bool is_probe = path == "/healthz" || path == "/readyz";
-  if (!is_probe && !isAuthorized(request, state.rules)) {
+  std::string_view id;
+  const Route* route = findRoute(path, id);
+  const bool is_open = route != nullptr && route->is_probe;
+  if (!is_open && !isAuthorized(request, state.rules)) {
     const std::string_view query = request.query();
     if (path == "/" && query.starts_with("token=") && equalSecrets(query.substr(6), state.rules.token)) {
       return tokenReply(state);
@@ -204,23 +267,41 @@ RouteResult routePath(const HttpRequest& request, const ServerState& state) {
     reply.fields.emplace_back("WWW-Authenticate", "Bearer");
     return reply;
   }
-  constexpr std::string_view kVolume = "/api/v1/volumes/";
-  if (path.starts_with(kVolume)) return routeVolume(request, state, path.substr(kVolume.size()));
-  if (is_probe || path == "/metrics" || path == "/api/v1/volumes" || path == "/api/v1/device") {
-    return plainReply(request, state);
+  if (route == nullptr) {
+    // Where the volume is to blame already, it is.
+    constexpr std::string_view kVolume = "/api/v1/volumes/";
+    if (path.starts_with(kVolume)) {
+      const std::string_view rest = path.substr(kVolume.size());
+      Asked{.request = request, .state = state, .id = rest.substr(0, rest.find('/'))}.volume();
+    }
+    if (path.starts_with(kApi)) refuse(404, "the interface has no such path");
+    return pageReply(request, state);
   }
-  if (path.starts_with(kApi)) refuse(404, "the interface has no such path");
-  return pageReply(request, state);
+  if (auto reply = judgeMethod(request, route->path.methods)) return *reply;
+  if (!route->has_query) refuseQuery(request);
+  return route->answer({.request = request, .state = state, .id = id});
 }
 
 }  // namespace
+
+bool isProbe(const HttpRequest& request) {
+  std::string_view id;
+  const Route* route = findRoute(request.path(), id);
+  return route != nullptr && route->is_probe;
+}
+
+std::vector<Path> interfacePaths() {
+  std::vector<Path> paths;
+  for (const Route& route : kRoutes) paths.push_back(route.path);
+  return paths;
+}
 
 RouteResult routeRequest(const HttpRequest& request, const ServerState& state) {
   RouteResult result;
   try {
     result = routePath(request, state);
   } catch (...) {
-    result = failureReply(std::current_exception());
+    result = failureReply(problemOf(std::current_exception()));
   }
   if (auto* reply = std::get_if<HttpReply>(&result); reply != nullptr && request.method == "HEAD") {
     reply->omit_body = true;
@@ -228,8 +309,7 @@ RouteResult routeRequest(const HttpRequest& request, const ServerState& state) {
   return result;
 }
 
-HttpReply failureReply(std::exception_ptr error) {
-  const Problem problem = problemOf(std::move(error));
+HttpReply failureReply(const Problem& problem) {
   HttpReply reply = problemReply(problem);
   if (problem.status == 503 || problem.status == 429) reply.fields.emplace_back("Retry-After", "1");
   return reply;
@@ -246,6 +326,11 @@ Problem problemOf(std::exception_ptr error) {
     return {.status = 400, .detail = thrown.what(), .field = thrown.field.empty() ? "body" : thrown.field};
   } catch (const VolumeError& thrown) {
     return {.status = 503, .detail = fmt::format("the volume failed: {}", thrown.what()), .field = {}};
+  } catch (const OutOfDeviceMemory& thrown) {
+    return {.status = 503,
+            .detail = fmt::format("the device has too little memory: {} bytes are needed, {} are free: {}",
+                                  thrown.needed_bytes, thrown.free_bytes, thrown.what()),
+            .field = {}};
   } catch (const DeviceError& thrown) {
     spdlog::error("device: {}", thrown.what());
     return {.status = 503, .detail = fmt::format("the device refused: {}", thrown.what()), .field = {}};

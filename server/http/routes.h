@@ -3,8 +3,11 @@
 // sockets.
 #pragma once
 
+#include <memory>
 #include <string>
+#include <string_view>
 #include <variant>
+#include <vector>
 
 #include "protocol/view_fields.h"
 #include "server/http/message.h"
@@ -14,7 +17,7 @@
 namespace blockwalk {
 
 struct ImageJob {
-  std::size_t volume = 0;
+  std::shared_ptr<const ServedVolume> volume;
   ResolvedView view;
   ImageFormat format = ImageFormat::png;
   int quality = 85;
@@ -22,7 +25,7 @@ struct ImageJob {
 };
 
 struct StreamJob {
-  std::size_t volume = 0;
+  std::shared_ptr<const ServedVolume> volume;
 };
 
 using RouteResult = std::variant<HttpReply, ImageJob, StreamJob>;
@@ -30,9 +33,20 @@ using RouteResult = std::variant<HttpReply, ImageJob, StreamJob>;
 // The request's header was judged before. Refusals come back as replies.
 RouteResult routeRequest(const HttpRequest& request, const ServerState& state);
 
+// Is it one that watches the server? Those need no token, and are answered when the server is full.
+bool isProbe(const HttpRequest& request);
+
+// A path of the interface and what it has; `{id}` stands for one segment. All other paths are the page's.
+struct Path {
+  std::string_view path;
+  std::string_view methods;  // as Allow says them
+  std::string_view summary;
+};
+std::vector<Path> interfacePaths();
+
 // The problem that stands for what was thrown while a request was served.
 Problem problemOf(std::exception_ptr error);
-// It as a reply, with Retry-After where another try may help.
-HttpReply failureReply(std::exception_ptr error);
+// A refusal, with Retry-After where another try may help.
+HttpReply failureReply(const Problem& problem);
 
 }  // namespace blockwalk

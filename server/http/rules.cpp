@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/http/rules.h"
 
+#include <openssl/crypto.h>
+
 #include <algorithm>
 #include <array>
 
@@ -132,6 +134,56 @@ std::string_view takeTag(std::string_view& list) {
   return tag;
 }
 
+struct MediaRange {
+  std::string_view type;
+  bool is_wanted = true;  // its weight is not 0
+};
+
+std::string_view trimmedSpace(std::string_view text) {
+  const std::size_t begin = text.find_first_not_of(" \t");
+  if (begin == std::string_view::npos) return {};
+  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
+}
+
+// Is this a weight of 0? What is no weight is not.
+bool isZeroWeight(std::string_view weight) {
+  return weight == "0" || (weight.starts_with("0.") && weight.find_first_not_of('0', 2) == std::string_view::npos);
+}
+
+// Up to the next of `separators`, which is passed over; none of them counts inside quotes.
+std::string_view takeUpTo(std::string_view& text, std::string_view separators) {
+  bool quoted = false;
+  std::size_t end = 0;
+  for (; end < text.size() && (quoted || separators.find(text[end]) == std::string_view::npos); ++end) {
+    if (quoted && text[end] == '\\') ++end;
+    if (end < text.size() && text[end] == '"') quoted = !quoted;
+  }
+  end = std::min(end, text.size());
+  const std::string_view taken = text.substr(0, end);
+  text.remove_prefix(std::min(end + 1, text.size()));
+  return taken;
+}
+
+MediaRange takeMediaRange(std::string_view& list) {
+  std::string_view item = takeUpTo(list, ",");
+  MediaRange range{.type = trimmedSpace(takeUpTo(item, ";"))};
+  while (!item.empty()) {
+    std::string_view value = trimmedSpace(takeUpTo(item, ";"));
+    const std::string_view name = takeUpTo(value, "=");
+    if (equalNames(name, "q")) range.is_wanted = !isZeroWeight(value);
+  }
+  return range;
+}
+
+// How closely a range names a type: 2 for the type itself, 1 for its group, 0 for anything; -1: not at all.
+int fitOf(std::string_view range, std::string_view type) {
+  if (range == "*/*") return 0;
+  if (equalNames(range, type)) return 2;
+  const std::string_view group = type.substr(0, type.find('/') + 1);
+  const bool is_group = range.ends_with("/*") && equalNames(range.substr(0, range.size() - 1), group);
+  return is_group ? 1 : -1;
+}
+
 }  // namespace
 
 std::optional<HttpReply> judgeHead(const HttpRequest& request, const HttpRules& rules) {
@@ -175,12 +227,7 @@ std::optional<HttpReply> judgeUpgrade(const HttpRequest& request, const HttpRule
 }
 
 bool equalSecrets(std::string_view a, std::string_view b) {
-  unsigned difference = a.size() == b.size() ? 0 : 1;
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    const char other = b.empty() ? '\0' : b[i % b.size()];
-    difference |= static_cast<unsigned>(static_cast<unsigned char>(a[i] ^ other));
-  }
-  return difference == 0;
+  return a.size() == b.size() && CRYPTO_memcmp(a.data(), b.data(), a.size()) == 0;
 }
 
 bool isAuthorized(const HttpRequest& request, const HttpRules& rules) {
@@ -218,22 +265,21 @@ bool matchesTag(const HttpRequest& request, std::string_view etag) {
 
 bool acceptsType(const HttpRequest& request, std::string_view type) {
   if (request.count("Accept") == 0) return true;
-  const std::string_view group = type.substr(0, type.find('/'));
-  std::string_view rest = request.value("Accept");
-  while (!rest.empty()) {
-    const std::size_t comma = rest.find(',');
-    std::string_view range = rest.substr(0, comma);
-    rest.remove_prefix(comma == std::string_view::npos ? rest.size() : comma + 1);
-    const bool refused = range.find("q=0") != std::string_view::npos &&
-                         range.find_first_of("123456789", range.find("q=0")) == std::string_view::npos;
-    range = range.substr(0, range.find(';'));
-    range.remove_prefix(std::min(range.find_first_not_of(' '), range.size()));
-    range = range.substr(0, range.find_last_not_of(' ') + 1);
-    if (refused) continue;
-    if (range == "*/*" || equalNames(range, type)) return true;
-    if (range.ends_with("/*") && equalNames(range.substr(0, range.size() - 2), group)) return true;
+  // The most specific range that fits decides (RFC 9110, 12.5.1).
+  int specific = -1;
+  bool accepted = false;
+  for (const auto& [name, value] : request.fields) {
+    if (!equalNames(name, "Accept")) continue;
+    std::string_view rest = value;
+    while (!rest.empty()) {
+      const MediaRange range = takeMediaRange(rest);
+      const int fit = fitOf(range.type, type);
+      if (fit < 0 || fit < specific) continue;
+      accepted = fit == specific ? accepted || range.is_wanted : range.is_wanted;
+      specific = fit;
+    }
   }
-  return false;
+  return accepted;
 }
 
 }  // namespace blockwalk

@@ -26,7 +26,7 @@ std::optional<HttpReply> judgeUpgrade(const HttpRequest& request, const HttpRule
 // A Bearer token, the page's cookie, or the subprotocol `token.<token>` of a stream. True when no token is asked for.
 bool isAuthorized(const HttpRequest& request, const HttpRules& rules);
 
-// In a time that does not depend on where the texts differ.
+// In a time that does not depend on where the texts differ; of another length they are told apart at once.
 bool equalSecrets(std::string_view a, std::string_view b);
 
 // Does If-None-Match name this tag? Weak comparison, lists and `*` (RFC 9110, 8.8.3.2 and 13.1.2).

@@ -10,7 +10,7 @@
 namespace blockwalk {
 namespace {
 
-constexpr std::uintmax_t kMaxBytes = std::uintmax_t{64} << 20;
+constexpr std::uintmax_t kMaxPageBytes = std::uintmax_t{64} << 20;
 
 std::string_view typeOf(const std::filesystem::path& file) {
   static constexpr std::array<std::pair<std::string_view, std::string_view>, 12> kTypes = {
@@ -48,7 +48,7 @@ StaticPages loadStaticPages(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
     total += entry.file_size();
-    if (total > kMaxBytes) failData("web root '{}': more than {} bytes", folder.string(), kMaxBytes);
+    if (total > kMaxPageBytes) failData("web root '{}': more than {} bytes", folder.string(), kMaxPageBytes);
     std::ifstream file(entry.path(), std::ios::binary);
     const std::string content(std::istreambuf_iterator<char>(file), {});
     if (!file) failData("web root: cannot read '{}'", entry.path().string());

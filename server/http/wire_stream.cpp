@@ -1,22 +1,38 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/http/wire_stream.h"
 
+#include <linux/sockios.h>
+#include <poll.h>
+#include <sys/ioctl.h>
+
 #include <boost/asio/bind_executor.hpp>
 #include <boost/asio/ssl/stream.hpp>
 
 namespace blockwalk {
 
-namespace asio = boost::asio;
 using boost::system::error_code;
 
-WireStream::WireStream(asio::ip::tcp::socket socket, asio::ssl::context* tls)
-    : tcp_(std::make_unique<Tcp>(std::move(socket))) {
-  if (tls != nullptr) tls_ = std::make_unique<asio::ssl::stream<Tcp&>>(*tcp_, *tls);
+WireStream::WireStream(asio::ip::tcp::socket socket, std::shared_ptr<asio::ssl::context> tls)
+    : context_(std::move(tls)), tcp_(std::make_unique<Tcp>(std::move(socket))) {
+  if (context_ != nullptr) tls_ = std::make_unique<asio::ssl::stream<Tcp&>>(*tcp_, *context_);
 }
 
 WireStream::WireStream(WireStream&&) noexcept = default;
 WireStream& WireStream::operator=(WireStream&&) noexcept = default;
 WireStream::~WireStream() = default;
+
+std::uint64_t WireStream::unsentBytes() {
+  int bytes = 0;
+  if (::ioctl(socket().native_handle(), SIOCOUTQ, &bytes) != 0) return 0;  // it is closed
+  return static_cast<std::uint64_t>(bytes);
+}
+
+WireStream::Peer WireStream::peerState() {
+  pollfd state{.fd = socket().native_handle(), .events = POLLRDHUP, .revents = 0};
+  if (::poll(&state, 1, 0) <= 0) return Peer::there;
+  if ((state.revents & (POLLERR | POLLHUP | POLLNVAL)) != 0) return Peer::gone;
+  return Peer::ended_sending;
+}
 
 asio::awaitable<error_code> WireStream::handshake() {
   error_code error;

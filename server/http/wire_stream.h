@@ -14,6 +14,7 @@
 #include <boost/beast/core/tcp_stream.hpp>
 #include <boost/beast/websocket/teardown.hpp>
 #include <chrono>
+#include <cstdint>
 #include <memory>
 
 namespace boost::asio::ssl {
@@ -22,6 +23,8 @@ class stream;
 }
 
 namespace blockwalk {
+
+namespace asio = boost::asio;
 
 // Makes an operation a coroutine's that reports its error in `error` instead of throwing it.
 inline auto keepError(boost::system::error_code& error) {
@@ -58,8 +61,8 @@ class WireStream {
   using Tcp = boost::beast::tcp_stream;
   using executor_type = Tcp::executor_type;
 
-  // `tls` is null for a plain connection, else it must outlive the stream.
-  WireStream(boost::asio::ip::tcp::socket socket, boost::asio::ssl::context* tls);
+  // `tls` is null for a plain connection.
+  WireStream(boost::asio::ip::tcp::socket socket, std::shared_ptr<boost::asio::ssl::context> tls);
   WireStream(WireStream&&) noexcept;
   WireStream& operator=(WireStream&&) noexcept;
   ~WireStream();
@@ -70,6 +73,11 @@ class WireStream {
   void expires_after(std::chrono::nanoseconds time) { tcp_->expires_after(time); }
   void expires_never() { tcp_->expires_never(); }
   void close() { tcp_->close(); }
+
+  // Bytes that were written and that the client has not taken yet, as far as the kernel knows.
+  std::uint64_t unsentBytes();
+  enum class Peer { there, ended_sending, gone };
+  Peer peerState();
 
   // The TLS handshake; nothing for a plain connection. Reports what went wrong.
   boost::asio::awaitable<boost::system::error_code> handshake();
@@ -97,6 +105,7 @@ class WireStream {
   void startReading(const Into& into, Handler handler);
   void startWriting(const From& from, Handler handler);
 
+  std::shared_ptr<boost::asio::ssl::context> context_;  // which may be replaced meanwhile
   std::unique_ptr<Tcp> tcp_;  // not in place: the TLS stream points at it, and a WireStream moves
   std::unique_ptr<boost::asio::ssl::stream<Tcp&>> tls_;
 };

@@ -2,17 +2,14 @@
 // Waiting, on the socket thread, for what another thread does.
 #pragma once
 
-#include <boost/asio/any_io_executor.hpp>
 #include <boost/asio/async_result.hpp>
 #include <boost/asio/awaitable.hpp>
-#include <boost/asio/post.hpp>
-#include <boost/asio/redirect_error.hpp>
-#include <boost/asio/steady_timer.hpp>
-#include <boost/asio/this_coro.hpp>
 #include <boost/asio/use_awaitable.hpp>
-#include <chrono>
-#include <functional>
+#include <exception>
 #include <memory>
+#include <utility>
+
+#include "server/render/mailbox.h"
 
 // GCC 12 pairs a coroutine frame's operator delete with the wrong operator new when a sanitizer keeps both from
 // inlining.
@@ -24,42 +21,37 @@ namespace blockwalk {
 
 namespace asio = boost::asio;
 
-// Calls start(done); `done(result)` may be called once from any thread. Resumes on the caller's executor with the
-// result. If `done` is never called the coroutine is destroyed with its io_context.
-template <typename Result, typename Start>
-asio::awaitable<Result> awaitResult(Start start) {
-  const auto executor = co_await asio::this_coro::executor;
-  co_return co_await asio::async_initiate<decltype(asio::use_awaitable), void(Result)>(
-      [executor](auto handler, auto run) {
-        auto shared = std::make_shared<decltype(handler)>(std::move(handler));
-        run(std::function<void(Result)>([executor, shared](Result result) {
-          asio::post(executor, [shared, kept = std::move(result)]() mutable {
-            // Moved out first: the thread that called `done` may hold the last reference to `shared`.
-            auto resume = std::move(*shared);
-            resume(std::move(kept));
-          });
-        }));
-      },
-      asio::use_awaitable, std::move(start));
-}
-
-// Wakes one coroutine of the same thread. What it waits for is checked before waiting, and nothing runs in between, so
-// no wake-up is lost.
-class Signal {
+template <typename Result, typename Handler>
+class WaitingCoroutine final : public ResultLetter<Result> {
  public:
-  explicit Signal(const asio::any_io_executor& executor) : timer_(executor) {}
-
-  void notify() { timer_.cancel(); }
-  // Returns when notified, or at `when`.
-  asio::awaitable<void> wait(
-      std::chrono::steady_clock::time_point when = std::chrono::steady_clock::time_point::max()) {
-    timer_.expires_at(when);
-    boost::system::error_code ignored;  // cancelled: notified
-    co_await timer_.async_wait(asio::redirect_error(asio::use_awaitable, ignored));
+  WaitingCoroutine(Mailbox& mailbox, Handler handler) : ResultLetter<Result>(mailbox), handler_(std::move(handler)) {}
+  void open() override {
+    auto resume = std::move(handler_);
+    resume(std::move(*this->result));
   }
 
  private:
-  asio::steady_timer timer_;
+  Handler handler_;
 };
+
+// Calls start(answer), where `answer` may be called once from any thread. Resumes on the socket thread with the result.
+// What start() throws comes back as the result's `error`. If nobody ever answers the coroutine is destroyed with the
+// last copy of `answer`.
+template <typename Result, typename Start>
+asio::awaitable<Result> awaitResult(Mailbox& mailbox, Start start) {
+  co_return co_await asio::async_initiate<decltype(asio::use_awaitable), void(Result)>(
+      [&mailbox](auto handler, auto run) {
+        const Answer<Result> answer(
+            std::make_shared<WaitingCoroutine<Result, decltype(handler)>>(mailbox, std::move(handler)));
+        try {
+          run(answer);
+        } catch (...) {
+          Result failed{};
+          failed.error = std::current_exception();
+          answer(std::move(failed));
+        }
+      },
+      asio::use_awaitable, std::move(start));
+}
 
 }  // namespace blockwalk

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/render/frame_maker.h"
 
+#include <boost/asio/post.hpp>
 #include <chrono>
 
 #include "protocol/image_codec.h"
@@ -15,37 +16,27 @@ std::int64_t pixelCount(const ViewChoices& view) {
   return words * view.width * view.height;
 }
 
-// Gives the pixels back however the coroutine ends. Once encoded, a frame counts as the pixels that its bytes would be.
-class PixelLease {
- public:
-  PixelLease(ServerState& state, std::int64_t pixels) : state_(state), pixels_(pixels) {
-    state_.pending_pixels += pixels_;
-  }
-  ~PixelLease() { state_.pending_pixels -= pixels_; }
-  void setBytes(std::size_t bytes) {
-    const auto pixels = static_cast<std::int64_t>(bytes / sizeof(std::uint32_t));
-    state_.pending_pixels += pixels - pixels_;
-    pixels_ = pixels;
-  }
-  PixelLease(const PixelLease&) = delete;
-  PixelLease& operator=(const PixelLease&) = delete;
-
- private:
-  ServerState& state_;
-  std::int64_t pixels_;
-};
+PixelRoom::Use useOf(const Account& account) {
+  return account.group == RenderThread::kRequests ? PixelRoom::Use::request : PixelRoom::Use::stream;
+}
 
 struct EncodeResult {
-  std::vector<std::byte> bytes;
+  Bytes image;
   double ms = 0;
   std::exception_ptr error;
 };
 
-EncodeResult encodeTimed(const Frame& frame, ImageFormat format, int quality) {
+// Raw is the frame itself; else the frame goes once it is encoded, so that a picture is there once.
+EncodeResult encodeTimed(std::shared_ptr<const Frame> frame, ImageFormat format, int quality) noexcept {
   EncodeResult result;
   const auto begin = std::chrono::steady_clock::now();
   try {
-    result.bytes = encodeImage(frame, format, quality);
+    if (format == ImageFormat::raw) {
+      const auto bytes = rawBytes(*frame);
+      result.image = {.owner = std::move(frame), .view = bytes};
+    } else {
+      result.image = ownBytes(encodeImage(*frame, format, quality));
+    }
   } catch (...) {
     result.error = std::current_exception();
   }
@@ -55,43 +46,48 @@ EncodeResult encodeTimed(const Frame& frame, ImageFormat format, int quality) {
 
 }  // namespace
 
-bool FrameMaker::hasRoom(const ViewChoices& view) const {
-  // One that is larger than all the room goes alone.
-  return state_.pending_pixels == 0 || state_.pending_pixels + pixelCount(view) <= state_.maxPixels();
+bool FrameMaker::hasRoom(const Account& account, const ViewChoices& view) const {
+  return state_.room.hasRoom(useOf(account), account.peer, pixelCount(view));
+}
+
+void FrameMaker::cancel(std::atomic<bool>& flag) {
+  flag = true;
+  renderer_.wake();
 }
 
 boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
-  const auto room = std::make_shared<PixelLease>(state_, pixelCount(order.frame.view));
-  const auto render = [&](std::function<void(RenderResult)> done) {
-    renderer_.submit(order.client, {.volume = order.volume, .frame = order.frame, .done = std::move(done)});
+  const auto room = std::make_shared<PixelRoom::Lease>(state_.room, useOf(order.account), order.account.peer,
+                                                       pixelCount(order.frame.view));
+  const auto render = [&](Answer<RenderResult> done) {
+    renderer_.submit(order.account, {.volume = order.volume, .frame = order.frame, .done = std::move(done)});
   };
-  RenderResult rendered = co_await awaitResult<RenderResult>(render);
+  RenderResult rendered = co_await awaitResult<RenderResult>(mailbox_, render);
   if (rendered.error) std::rethrow_exception(rendered.error);
   MadeFrame made{.cancelled = rendered.frame.cancelled,
                  .width = rendered.frame.width,
                  .height = rendered.frame.height,
                  .stats = rendered.frame.stats,
                  .encode_ms = 0,
-                 .bytes = {},
+                 .image = {},
                  .room = {}};
-  state_.counters.render_seconds += rendered.took_ms / 1000;
   if (made.cancelled) {
     ++state_.counters.cancelled_frames;
     co_return made;
   }
   ++state_.counters.frames;
-  const auto frame = std::make_shared<const Frame>(std::move(rendered.frame));
-  const auto encode = [&](std::function<void(EncodeResult)> done) {
-    asio::post(encoders_, [frame, format = order.format, quality = order.quality, done = std::move(done)] {
-      done(encodeTimed(*frame, format, quality));
-    });
+  state_.counters.render_time.add(rendered.took_ms / 1000);
+  state_.counters.wait_time.add(rendered.waited_ms / 1000);
+  auto frame = std::make_shared<const Frame>(std::move(rendered.frame));
+  const auto encode = [&](Answer<EncodeResult> done) {
+    asio::post(encoders_, [frame = std::move(frame), format = order.format, quality = order.quality,
+                           done = std::move(done)]() mutable { done(encodeTimed(std::move(frame), format, quality)); });
   };
-  EncodeResult encoded = co_await awaitResult<EncodeResult>(encode);
+  EncodeResult encoded = co_await awaitResult<EncodeResult>(mailbox_, encode);
   if (encoded.error) std::rethrow_exception(encoded.error);
-  state_.counters.encode_seconds += encoded.ms / 1000;
+  state_.counters.encode_time.add(encoded.ms / 1000);
   made.encode_ms = encoded.ms;
-  made.bytes = std::move(encoded.bytes);
-  room->setBytes(made.bytes.size());
+  made.image = std::move(encoded.image);
+  room->setBytes(made.image.size());
   made.room = room;
   co_return made;
 }

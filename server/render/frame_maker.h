@@ -7,18 +7,18 @@
 #include <boost/asio/thread_pool.hpp>
 #include <cstdint>
 #include <memory>
-#include <optional>
 
 #include "protocol/view_fields.h"
-#include "server/http/message.h"
+#include "server/bytes.h"
+#include "server/render/pixel_room.h"
 #include "server/render/render_thread.h"
 #include "server/server_state.h"
 
 namespace blockwalk {
 
 struct ImageOrder {
-  std::uint64_t client = 0;  // that the device time is charged to
-  std::size_t volume = 0;
+  Account account{};  // that the device time is charged to
+  VolumeId volume = 0;
   ImageFormat format = ImageFormat::png;
   int quality = 85;
   FrameOrder frame{};
@@ -30,24 +30,29 @@ struct MadeFrame {
   int height = 0;
   RenderStats stats;
   double encode_ms = 0;
-  std::vector<std::byte> bytes;
-  std::shared_ptr<void> room;  // held while the bytes are: see ServerState::pending_pixels
+  Bytes image;
+  std::shared_ptr<void> room;  // held while the bytes are: see PixelRoom
 };
 
 class FrameMaker {
  public:
-  FrameMaker(ServerState& state, RenderThread& renderer, boost::asio::thread_pool& encoders)
-      : state_(state), renderer_(renderer), encoders_(encoders) {}
+  FrameMaker(ServerState& state, Mailbox& mailbox, RenderThread& renderer, boost::asio::thread_pool& encoders)
+      : state_(state), mailbox_(mailbox), renderer_(renderer), encoders_(encoders) {}
 
-  // Would a frame of this size exceed the pixels that may be under way at the same time?
-  bool hasRoom(const ViewChoices& view) const;
+  // May a frame of this size be ordered now?
+  bool hasRoom(const Account& account, const ViewChoices& view) const;
   // Throws what the renderer or the encoder threw. Pass an order that has a name: GCC 12 destroys a braced temporary
   // inside a co_await expression twice, which ends in a crash now and then.
   boost::asio::awaitable<MadeFrame> make(ImageOrder order);
+  // The flag of an order is set, and the order ends at its next turn, which comes at once.
+  void cancel(std::atomic<bool>& flag);
+  // What is kept for this client's refinements is let go.
+  void forget(std::uint64_t client) { renderer_.forget(client); }
   std::uint64_t newClient() { return ++last_client_; }
 
  private:
   ServerState& state_;
+  Mailbox& mailbox_;
   RenderThread& renderer_;
   boost::asio::thread_pool& encoders_;
   std::uint64_t last_client_ = 0;

@@ -3,10 +3,32 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+
 namespace blockwalk {
 namespace {
 
-// Clients learn the file's name, not where it lies.
+constexpr std::chrono::seconds kShortOrder{60};
+constexpr std::chrono::milliseconds kReopenPause{250};
+
+bool isCancelled(const FrameOrder& order) { return order.cancel != nullptr && *order.cancel; }
+
+double msSince(std::chrono::steady_clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+}
+
+// Calls use(text) without taking memory for it.
+template <typename Use>
+void withText(const std::exception_ptr& error, Use use) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const std::exception& thrown) {
+    use(thrown.what());
+  }
+}
+
+}  // namespace
+
 std::string withoutFolder(std::string text, const std::filesystem::path& file) {
   const std::string path = file.string();
   const std::string name = file.filename().string();
@@ -16,125 +38,382 @@ std::string withoutFolder(std::string text, const std::filesystem::path& file) {
   return text;
 }
 
-}  // namespace
-
-RenderThread::RenderThread(RendererFactory factory, std::vector<std::filesystem::path> files, RenderEvents events)
-    : factory_(std::move(factory)),
-      files_(std::move(files)),
-      events_(std::move(events)),
-      volumes_(files_.size()),
-      failures_(files_.size()) {
+void RenderThread::start() {
   thread_ = std::thread([this] { run(); });
 }
 
-RenderThread::~RenderThread() {
+void RenderThread::end() noexcept {
+  if (!thread_.joinable()) return;
   stop(std::chrono::milliseconds(0));
   thread_.join();
+  queue_ = {};
 }
 
-void RenderThread::submit(std::uint64_t client, RenderJob job) {
+void RenderThread::submit(const Account& account, RenderJob job) {
   const std::lock_guard lock(mutex_);
-  queue_.add(client, std::move(job));
+  queue_.add(account, {.order = std::move(job)});
   wake_.notify_all();
+}
+
+void RenderThread::load(VolumeId id, VolumeFile file, Answer<RenderResult> done) {
+  FrameOrder order{.view = resolveView(View{}, file.info()),
+                   .prepare_only = true,
+                   .cancel = std::make_shared<std::atomic<bool>>(false)};
+  const std::lock_guard lock(mutex_);
+  Held& held = volumes_[id];
+  held.file = file.path();
+  // Peer 0 is the house: what it loads has the share of one peer.
+  queue_.add({.peer = 0, .group = id, .client = id},
+             {.order = {.volume = id, .frame = std::move(order), .done = std::move(done)},
+              .file = std::move(file),
+              .is_load = true});
+  held.hold = VolumeHold::loading;
+  held.unload = false;
+  wake_.notify_all();
+}
+
+void RenderThread::wake() noexcept {
+  const std::lock_guard lock(mutex_);
+  wake_.notify_all();
+}
+
+void RenderThread::unload(VolumeId id) noexcept {
+  const std::lock_guard lock(mutex_);
+  const auto held = volumes_.find(id);
+  if (held == volumes_.end()) return;
+  held->second.unload = has_unloads_ = true;
+  wake_.notify_all();
+}
+
+void RenderThread::forget(std::uint64_t owner) {
+  const std::lock_guard lock(mutex_);
+  forgotten_.push_back(owner);
+  wake_.notify_all();
+}
+
+std::pair<VolumeHold, std::string> RenderThread::hold(VolumeId id) const {
+  const std::lock_guard lock(mutex_);
+  const auto held = volumes_.find(id);
+  if (held == volumes_.end()) return {VolumeHold::unknown, {}};
+  return {held->second.hold, held->second.reason};
+}
+
+RenderStatus RenderThread::status() const {
+  const std::lock_guard lock(mutex_);
+  RenderStatus status = status_;
+  status.jobs = queue_.size();
+  return status;
+}
+
+std::shared_ptr<const DeviceInfo> RenderThread::device() const {
+  const std::lock_guard lock(mutex_);
+  return device_;
+}
+
+std::map<std::string, std::uint64_t> RenderThread::memoryParts() const {
+  const std::lock_guard lock(mutex_);
+  return memory_parts_;
 }
 
 bool RenderThread::stop(std::chrono::milliseconds patience) {
   std::unique_lock lock(mutex_);
   stopping_ = true;
-  if (running_cancel_) running_cancel_->store(true);
+  if (running_ != nullptr && running_->job.order.frame.cancel) running_->job.order.frame.cancel->store(true);
   wake_.notify_all();
   return wake_.wait_for(lock, patience, [this] { return ended_; });
 }
 
-// Loading and rendering take turns, so that a volume that is ready is served while the next one loads.
 void RenderThread::run() {
   try {
-    renderer_ = factory_();
-    events_.on_device(renderer_->device());
-    device_.set_value();
-  } catch (const std::exception& error) {
-    renderer_.reset();
-    events_.on_no_device(error.what());
-    device_.set_exception(std::current_exception());
+    openDevice();
+    device_promise_.set_value();
+  } catch (...) {
+    device_promise_.set_exception(std::current_exception());
+    giveUp(std::current_exception());
   }
   while (renderer_ != nullptr) {
     std::unique_lock lock(mutex_);
-    wake_.wait(lock, [this] { return stopping_ || queue_.size() > 0 || next_load_ < files_.size(); });
+    Queue::Entry* entry = nullptr;
+    wake_.wait(lock,
+               [&] { return stopping_ || has_unloads_ || !forgotten_.empty() || (entry = nextTurn()) != nullptr; });
     if (stopping_) break;
-    auto taken = queue_.take();
-    if (taken) running_cancel_ = taken->second.frame.cancel;
+    running_ = entry;
     lock.unlock();
-    if (taken) renderOne(taken->first, std::move(taken->second));
-    if (next_load_ < files_.size()) loadNext();
+    if (entry != nullptr) {
+      takeTurn(*entry);
+    } else {
+      letGo();
+    }
   }
-  volumes_.clear();
-  renderer_.reset();
+  // Frames end before their volumes, and those before the renderer. The orders stay, for whoever waits to be destroyed
+  // with them.
   const std::lock_guard lock(mutex_);
+  queue_.forEach([](Queue::Entry& entry) { entry.job.frame.reset(); });
+  for (auto& [id, held] : volumes_) held.resident.reset();
+  renderer_.reset();
   ended_ = true;
   wake_.notify_all();
 }
 
-void RenderThread::loadNext() {
-  const std::size_t index = next_load_++;
-  try {
-    VolumeFile file(files_[index]);
-    const LoadedVolume loaded{.info = std::make_shared<const VolumeInfo>(file.info()), .file_bytes = file.fileBytes()};
-    volumes_[index] = renderer_->load(std::move(file));
-    tellDevice();
-    events_.on_loaded(index, loaded);
-  } catch (const std::exception& error) {
-    fail(index, error.what());
+void RenderThread::openDevice() {
+  std::unique_ptr<Renderer> opened = factory_();
+  auto info = std::make_shared<const DeviceInfo>(opened->device());
+  renderer_ = std::move(opened);
+  {
+    const std::lock_guard lock(mutex_);
+    device_ = std::move(info);
+    status_.memory_used_bytes = device_->memory_used_bytes;
   }
+  tell(DeviceState::ready);
 }
 
-// What the device holds of the volume is let go: some of it may not be what the file said.
-void RenderThread::fail(std::size_t index, const std::string& reason) {
-  spdlog::error("volume failed: {}", reason);
-  volumes_[index].reset();
-  failures_[index] = withoutFolder(reason, files_[index]);
-  events_.on_failed(index, failures_[index]);
+void RenderThread::tell(DeviceState state) noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    status_.state = state;
+  }
+  mailbox_.nudge();
 }
 
-// A frame may have made another level resident.
-void RenderThread::tellDevice() {
-  DeviceInfo device = renderer_->device();
-  if (device.memory_used_bytes == told_used_bytes_) return;
-  told_used_bytes_ = device.memory_used_bytes;
-  events_.on_device(std::move(device));
+// Whoever is cancelled goes first, as it only has to end; the others by their turn.
+RenderThread::Queue::Entry* RenderThread::nextTurn() {
+  Queue::Entry* cancelled = nullptr;
+  queue_.forEach([&](Queue::Entry& entry) {
+    if (isCancelled(entry.job.order.frame)) cancelled = &entry;
+  });
+  return cancelled != nullptr ? cancelled : queue_.next([this](const Queue::Entry& entry) { return mayRun(entry); });
 }
 
-// A file that broke while it is served ends its volume; whatever else goes wrong is this frame's alone.
-RenderResult RenderThread::renderFrame(const RenderJob& job) {
+bool RenderThread::mayRun(const Queue::Entry& entry) {
+  if (entry.job.frame != nullptr || entry.job.is_load) return true;
+  const auto held = volumes_.find(entry.job.order.volume);
+  if (held != volumes_.end() && (held->second.hold == VolumeHold::loading || held->second.hold == VolumeHold::lost)) {
+    return false;
+  }
+  if (entry.account.group != kRequests) return true;
+  int under_way = 0;
+  queue_.forEach([&](const Queue::Entry& other) {
+    const bool is_neighbour = other.account.peer == entry.account.peer && other.account.group == kRequests;
+    if (is_neighbour && other.job.frame != nullptr) ++under_way;
+  });
+  return under_way < kRequestsUnderWay;
+}
+
+void RenderThread::takeTurn(Queue::Entry& entry) noexcept {
+  Job& job = entry.job;
+  const auto begin = Clock::now();
+  if (!std::exchange(job.had_turn, true)) job.waited_ms = msSince(job.since);
   RenderResult result;
+  std::exception_ptr loss;
+  bool is_done = true;
   try {
-    if (volumes_[job.volume] == nullptr) throw VolumeError(failures_[job.volume]);
-    result.frame = renderer_->render(*volumes_[job.volume], job.frame);
-    tellDevice();
+    is_done = !advance(job, result.frame);
+  } catch (const DeviceLost&) {
+    loss = result.error = std::current_exception();
   } catch (const ViewError&) {
     result.error = std::current_exception();
   } catch (const VolumeError&) {
     result.error = std::current_exception();
   } catch (const DataError& broken) {
-    fail(job.volume, broken.what());
-    tellDevice();
-    result.error = std::make_exception_ptr(VolumeError(failures_[job.volume]));
-  } catch (...) {
+    job.frame.reset();
+    result.error = breakVolume(job.order.volume, broken.what());
+  } catch (const std::exception& error) {
     result.error = std::current_exception();
+    if (job.is_load) {
+      job.frame.reset();
+      breakVolume(job.order.volume, error.what());
+    }
   }
-  return result;
-}
-
-void RenderThread::renderOne(std::uint64_t client, RenderJob job) {
-  const auto begin = std::chrono::steady_clock::now();
-  RenderResult result = renderFrame(job);
-  const std::chrono::duration<double, std::milli> took = std::chrono::steady_clock::now() - begin;
+  const double ms = msSince(begin);
+  job.took_ms += ms;
+  std::optional<Job> done;
   {
     const std::lock_guard lock(mutex_);
-    queue_.charge(client, took.count());
-    running_cancel_.reset();
+    running_ = nullptr;
+    queue_.charge(entry, ms);
+    if (is_done) done.emplace(queue_.remove(entry));
   }
-  result.took_ms = took.count();
-  job.done(std::move(result));
+  noteMemory();
+  if (done) {
+    done->frame.reset();
+    if (done->is_load) finishLoad(done->order.volume, result.error != nullptr);
+    result.took_ms = done->took_ms;
+    result.waited_ms = done->waited_ms;
+    done->order.done(std::move(result));
+  }
+  if (loss) recover(loss);
+}
+
+// One piece. True while there is more to do.
+bool RenderThread::advance(Job& job, Frame& frame) {
+  if (job.frame == nullptr) {
+    if (isCancelled(job.order.frame)) {
+      frame.cancelled = true;
+      return false;
+    }
+    startFrame(job);
+    if (job.is_load) return true;
+  }
+  if (job.frame->advance()) return true;
+  frame = job.frame->finish();
+  return false;
+}
+
+void RenderThread::startFrame(Job& job) {
+  ResidentVolume* resident = nullptr;
+  if (job.is_load) {
+    if (!job.file) throw VolumeError("it was let go while it was loaded");
+    std::unique_ptr<ResidentVolume> loaded = renderer_->load(std::move(*job.file));
+    job.file.reset();
+    const std::lock_guard lock(mutex_);
+    Held& held = volumes_.at(job.order.volume);
+    held.resident = std::move(loaded);
+    resident = held.resident.get();
+  } else {
+    const std::lock_guard lock(mutex_);
+    const auto held = volumes_.find(job.order.volume);
+    if (held == volumes_.end()) throw VolumeError("it is not served any more");
+    if (held->second.hold == VolumeHold::broken) throw VolumeError(held->second.reason);
+    resident = held->second.resident.get();
+  }
+  job.frame = renderer_->begin(*resident, job.order.frame);
+}
+
+// A load that failed broke the volume, unless the device was lost.
+void RenderThread::finishLoad(VolumeId id, bool failed) noexcept {
+  {
+    const std::lock_guard lock(mutex_);
+    const auto held = volumes_.find(id);
+    if (held == volumes_.end()) return;
+    if (held->second.hold == VolumeHold::loading) held->second.hold = failed ? VolumeHold::lost : VolumeHold::resident;
+  }
+  mailbox_.nudge();
+}
+
+void RenderThread::dropFrames(VolumeId id) noexcept {
+  queue_.forEach([&](Queue::Entry& entry) {
+    if (entry.job.order.volume == id && &entry != running_) entry.job.frame.reset();
+  });
+}
+
+// What the device holds of the volume is let go: some of it may not be what the file said. Returns the error for
+// whoever asked.
+std::exception_ptr RenderThread::breakVolume(VolumeId id, const char* reason) noexcept {
+  std::unique_ptr<ResidentVolume> dropped;
+  std::exception_ptr error;
+  {
+    const std::lock_guard lock(mutex_);
+    const auto held = volumes_.find(id);
+    BLOCKWALK_CHECK((held == volumes_.end()), ==, false);  // only letGo() takes them out
+    dropFrames(id);
+    dropped = std::move(held->second.resident);
+    held->second.hold = VolumeHold::broken;
+    try {
+      held->second.reason = withoutFolder(reason, held->second.file);
+      error = std::make_exception_ptr(VolumeError(held->second.reason));
+    } catch (...) {
+      held->second.reason.clear();  // out of memory for the text: broken all the same
+      error = std::current_exception();
+    }
+  }
+  spdlog::error("volume failed: {}", reason);
+  mailbox_.nudge();
+  return error;
+}
+
+// What was unloaded or forgotten since.
+void RenderThread::letGo() noexcept {
+  std::vector<std::uint64_t> forgotten;
+  std::map<VolumeId, Held> unloaded;
+  {
+    const std::lock_guard lock(mutex_);
+    forgotten.swap(forgotten_);
+    has_unloads_ = false;
+    for (auto held = volumes_.begin(); held != volumes_.end();) {
+      const auto current = held++;
+      if (!current->second.unload) continue;
+      dropFrames(current->first);
+      unloaded.insert(volumes_.extract(current));
+    }
+  }
+  for (const std::uint64_t owner : forgotten) renderer_->forget(owner);
+  unloaded.clear();
+  noteMemory();
+}
+
+void RenderThread::noteMemory() noexcept {
+  if (renderer_ == nullptr) return;
+  try {
+    const std::uint64_t used = renderer_->device().memory_used_bytes;
+    if (used == status_.memory_used_bytes) return;  // written by this thread alone
+    std::map<std::string, std::uint64_t> parts;
+    const std::lock_guard lock(mutex_);
+    for (const auto& [id, held] : volumes_) {
+      if (held.resident == nullptr) continue;
+      for (const ResidentPart& part : held.resident->parts()) parts[part.what] += part.bytes;
+    }
+    memory_parts_ = std::move(parts);
+    status_.memory_used_bytes = used;
+    mailbox_.nudge();
+  } catch (const std::exception& error) {
+    spdlog::debug("memory is not told of: {}", error.what());  // it is at the next change
+  }
+}
+
+// All that was on the device is gone. Frames begin anew once there is another and their volume is loaded again; what
+// was being loaded fails, as its file was taken.
+void RenderThread::recover(std::exception_ptr why) noexcept {
+  tell(DeviceState::lost);
+  withText(why, [](const char* text) { spdlog::error("the device was lost, and is opened again: {}", text); });
+  {
+    const std::lock_guard lock(mutex_);
+    ++status_.losses;
+    queue_.forEach([&](Queue::Entry& entry) {
+      entry.job.frame.reset();
+      if (!entry.job.is_load || entry.job.file) return;
+      RenderResult failed;
+      failed.error = why;
+      queue_.remove(entry).order.done(std::move(failed));
+    });
+    for (auto& [id, held] : volumes_) {
+      held.resident.reset();
+      if (held.hold == VolumeHold::resident) held.hold = VolumeHold::lost;
+    }
+  }
+  renderer_.reset();
+  std::rotate(loss_times_.begin(), loss_times_.begin() + 1, loss_times_.end());
+  loss_times_.back() = Clock::now();
+  const bool in_short_order =
+      loss_times_.front() != Clock::time_point() && loss_times_.back() - loss_times_.front() < kShortOrder;
+  if (in_short_order || !openAgain()) giveUp(why);
+}
+
+bool RenderThread::openAgain() noexcept {
+  auto pause = kReopenPause;
+  for (std::size_t attempt = 0; attempt < kMaxLosses; ++attempt, pause *= 2) {
+    try {
+      openDevice();
+      return true;
+    } catch (const std::exception& error) {
+      spdlog::error("the device does not open again: {}", error.what());
+    }
+    std::unique_lock lock(mutex_);
+    if (wake_.wait_for(lock, pause, [this] { return stopping_; })) return false;
+  }
+  return false;
+}
+
+void RenderThread::giveUp(std::exception_ptr why) noexcept {
+  renderer_.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    try {
+      withText(why, [this](const char* text) { status_.error = text; });
+    } catch (const std::bad_alloc&) {
+      status_.error.clear();  // it ends all the same
+    }
+  }
+  tell(DeviceState::gone);
 }
 
 }  // namespace blockwalk

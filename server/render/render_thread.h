@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The thread that owns the renderer and the resident volumes. Jobs go in from the socket thread; results come out
-// through callbacks, which run on this thread and must only hand them on.
+// The thread that owns the renderer and the resident volumes. Frames of many clients are under way at the same time and
+// take turns, piece by piece (fair_queue.h). Orders come from the socket thread; answers go back through its mailbox,
+// and nothing leaves this thread as an exception.
+//
+// A device that is lost is opened again: volumes are then lost until they are loaded again under the same id, and
+// frames that were under way begin anew.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <condition_variable>
@@ -11,30 +16,37 @@
 #include <filesystem>
 #include <functional>
 #include <future>
+#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "renderer/renderer.h"
 #include "server/render/fair_queue.h"
+#include "server/render/mailbox.h"
 
 namespace blockwalk {
 
 using RendererFactory = std::function<std::unique_ptr<Renderer>()>;
 
+// One content of one file; another content has another id.
+using VolumeId = std::uint64_t;
+
 struct RenderResult {
   Frame frame;
-  double took_ms = 0;
+  double took_ms = 0;        // of the device
+  double waited_ms = 0;      // for the first turn
   std::exception_ptr error;  // then there is no frame
 };
 
 struct RenderJob {
-  std::size_t volume = 0;  // index of the file
+  VolumeId volume = 0;
   FrameOrder frame;
-  std::function<void(RenderResult)> done;  // called once, unless the thread is stopped first
+  Answer<RenderResult> done;  // called once, unless the thread is stopped first
 };
 
 // The volume's file could not be loaded, or broke while it was served. The text names the file without its folder.
@@ -42,61 +54,124 @@ struct VolumeError : DataError {
   using DataError::DataError;
 };
 
-struct LoadedVolume {
-  std::shared_ptr<const VolumeInfo> info;
-  std::uint64_t file_bytes = 0;
-};
+// Clients learn a file's name, not where it lies.
+std::string withoutFolder(std::string text, const std::filesystem::path& file);
 
-struct RenderEvents {
-  std::function<void(DeviceInfo)> on_device;  // when there is one, and again when its memory use changes
-  std::function<void(std::string)> on_no_device;
-  std::function<void(std::size_t volume, LoadedVolume)> on_loaded;
-  // Instead of on_loaded, or after it: the volume is not served from now on.
-  std::function<void(std::size_t volume, std::string error)> on_failed;
+enum class VolumeHold { unknown, loading, resident, lost, broken };
+
+enum class DeviceState { opening, ready, lost, gone };
+
+struct RenderStatus {
+  DeviceState state = DeviceState::opening;
+  std::string error;  // gone: why
+  std::uint64_t losses = 0;
+  std::uint64_t memory_used_bytes = 0;
+  std::size_t jobs = 0;  // waiting or under way
 };
 
 class RenderThread {
  public:
-  RenderThread(RendererFactory factory, std::vector<std::filesystem::path> files, RenderEvents events);
-  ~RenderThread();
+  // Group of an account for requests, which are one share of their peer; a stream's group is its own number. Of the
+  // requests of a peer so many are under way at a time.
+  static constexpr std::uint64_t kRequests = 0;
+  static constexpr int kRequestsUnderWay = 4;
+  // So many losses within a minute end the server.
+  static constexpr std::size_t kMaxLosses = 3;
+
+  // Begins with start(). The mailbox is nudged when status(), hold() or memoryParts() may have changed.
+  RenderThread(RendererFactory factory, Mailbox& mailbox) : factory_(std::move(factory)), mailbox_(mailbox) {}
+  ~RenderThread() { end(); }
+  void start();
 
   // Waits until there is a device. Throws what the factory threw.
   void waitForDevice() const { device_opened_.get(); }
 
-  // Jobs of different clients share the device by device time.
-  void submit(std::uint64_t client, RenderJob job);
+  // The socket thread. The order waits while its volume is loading or lost.
+  void submit(const Account& account, RenderJob job);
+  // Makes the volume's default view resident, in turns with frames. Answers without a frame.
+  void load(VolumeId id, VolumeFile file, Answer<RenderResult> done);
+  // A cancel flag was set.
+  void wake() noexcept;
+  // Jobs of the volume fail, and what the device holds of it is let go.
+  void unload(VolumeId id) noexcept;
+  // What the renderer keeps for this owner of refinements is let go.
+  void forget(std::uint64_t owner);
 
-  // Cancels the running frame and takes no further job. False when the thread has not ended in time, as loading a
-  // volume cannot be interrupted; the process should then end without waiting.
+  // With the reason, for `broken`.
+  std::pair<VolumeHold, std::string> hold(VolumeId id) const;
+  RenderStatus status() const;
+  // Of the device that was opened last; null before there is one.
+  std::shared_ptr<const DeviceInfo> device() const;
+  // Bytes on the device by what they are, over all volumes; of the last time that they changed.
+  std::map<std::string, std::uint64_t> memoryParts() const;
+
+  // Cancels the piece under way and takes no further one. False when the thread has not ended in time, as the driver
+  // may hang; the process should then end without waiting.
   bool stop(std::chrono::milliseconds patience);
+  // Waits for the thread and drops its jobs, unanswered. What is called afterwards does nothing.
+  void end() noexcept;
 
  private:
+  using Clock = std::chrono::steady_clock;
+
+  struct Job {
+    RenderJob order;
+    std::optional<VolumeFile> file = {};  // to be loaded, else it is a frame
+    std::unique_ptr<FrameInProgress> frame = {};
+    bool had_turn = false;
+    Clock::time_point since = Clock::now();
+    double waited_ms = 0;
+    double took_ms = 0;
+    bool is_load = false;
+  };
+  using Queue = FairQueue<Job>;
+
+  struct Held {
+    VolumeHold hold = VolumeHold::loading;
+    std::string reason = {};
+    bool unload = false;
+    std::filesystem::path file = {};
+    std::unique_ptr<ResidentVolume> resident = {};  // the thread's own
+  };
+
   void run();
-  void loadNext();
-  void tellDevice();
-  void renderOne(std::uint64_t client, RenderJob job);
-  RenderResult renderFrame(const RenderJob& job);
-  void fail(std::size_t index, const std::string& reason);
+  void openDevice();
+  bool openAgain() noexcept;
+  Queue::Entry* nextTurn();
+  bool mayRun(const Queue::Entry& entry);
+  void takeTurn(Queue::Entry& entry) noexcept;
+  bool advance(Job& job, Frame& frame);
+  void startFrame(Job& job);
+  void finishLoad(VolumeId id, bool failed) noexcept;
+  std::exception_ptr breakVolume(VolumeId id, const char* reason) noexcept;
+  void dropFrames(VolumeId id) noexcept;
+  void letGo() noexcept;
+  void recover(std::exception_ptr why) noexcept;
+  void giveUp(std::exception_ptr why) noexcept;
+  void noteMemory() noexcept;
+  void tell(DeviceState state) noexcept;
 
   RendererFactory factory_;
-  std::vector<std::filesystem::path> files_;
-  RenderEvents events_;
-  std::uint64_t told_used_bytes_ = 0;
+  Mailbox& mailbox_;
 
-  std::mutex mutex_;  // guards what follows; never held across a render or a load
+  mutable std::mutex mutex_;  // guards what follows; never held across a piece of work
   std::condition_variable wake_;
-  FairQueue<RenderJob> queue_;
-  std::shared_ptr<std::atomic<bool>> running_cancel_;
+  Queue queue_;  // entries are removed by this thread alone
+  std::map<VolumeId, Held> volumes_;
+  std::vector<std::uint64_t> forgotten_;
+  std::map<std::string, std::uint64_t> memory_parts_;
+  std::shared_ptr<const DeviceInfo> device_;
+  RenderStatus status_;
+  Queue::Entry* running_ = nullptr;
+  bool has_unloads_ = false;
   bool stopping_ = false;
   bool ended_ = false;
 
   // The thread's own.
   std::unique_ptr<Renderer> renderer_;
-  std::vector<std::unique_ptr<ResidentVolume>> volumes_;
-  std::vector<std::string> failures_;  // of the volumes; empty: not failed
-  std::promise<void> device_;
-  std::shared_future<void> device_opened_ = device_.get_future().share();  // any thread
-  std::size_t next_load_ = 0;
+  std::array<Clock::time_point, kMaxLosses> loss_times_{};  // the newest last
+  std::promise<void> device_promise_;
+  std::shared_future<void> device_opened_ = device_promise_.get_future().share();  // any thread
 
   std::thread thread_;
 };

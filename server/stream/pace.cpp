@@ -41,6 +41,7 @@ void StreamPace::setLimits(std::optional<double> fps, std::optional<std::uint64_
 
 bool StreamPace::acknowledge(std::uint64_t id) {
   if (!has_shown_ || id > shown_id_) return false;
+  if (!in_flight_.empty() && in_flight_.front() <= id) blocked_since_.reset();
   while (!in_flight_.empty() && in_flight_.front() < id) in_flight_.pop_front();
   if (!in_flight_.empty() && in_flight_.front() == id) in_flight_.pop_front();
   return true;
@@ -51,7 +52,9 @@ PaceStep StreamPace::next(Clock::time_point now) {
   if (!has_view_ || (is_shown && shown_final_)) return {};
   const auto due = is_shown ? view_time_ + kStillTime : last_start_ + seconds(1 / limits_.fps);
   if (static_cast<int>(in_flight_.size()) >= limits_.frames_in_flight) {
-    was_blocked_ = was_blocked_ || (!is_shown && due <= now);
+    if (due > now) return {.kind = PaceStep::Kind::wait, .when = due};
+    was_blocked_ = was_blocked_ || !is_shown;
+    if (!blocked_since_) blocked_since_ = now;
     return {};
   }
   PaceStep step{.kind = is_shown ? PaceStep::Kind::still : PaceStep::Kind::moving, .when = now, .id = newest_id_};

@@ -62,6 +62,8 @@ class StreamPace {
   bool acknowledge(std::uint64_t id);
 
   PaceStep next(Clock::time_point now);
+  // Since when a frame is due but as many as may be are unacknowledged; as next() found it.
+  std::optional<Clock::time_point> blockedSince() const { return blocked_since_; }
   // A new view came while `step` is being drawn since `begin`: should it be given up?
   bool shouldCancel(const PaceStep& step, Clock::time_point begin, Clock::time_point now) const;
 
@@ -110,8 +112,9 @@ class StreamPace {
   bool on_trial_ = false;                    // the scale is tried out
   Pause cost_pause_{std::chrono::seconds(10), std::chrono::seconds(80)};
   Pause link_pause_{std::chrono::seconds(2), std::chrono::seconds(16)};
-  int held_up_frames_ = 0;    // in a row, at the lowest quality
-  int free_frames_ = 0;       // in a row that the client kept up with
+  int held_up_frames_ = 0;  // in a row, at the lowest quality
+  int free_frames_ = 0;     // in a row that the client kept up with
+  std::optional<Clock::time_point> blocked_since_ = {};
   bool was_blocked_ = false;  // a frame was due while as many as may be were in flight
   Clock::time_point view_time_{};
   Clock::time_point last_start_{};

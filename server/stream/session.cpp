@@ -13,10 +13,9 @@
 #include "protocol/json_text.h"
 #include "protocol/stream_messages.h"
 #include "server/http/routes.h"
-#include "server/render/await_result.h"
+#include "server/signal.h"
 #include "server/stream/outbox.h"
 #include "server/stream/pace.h"
-#include "server/stream/true_while.h"
 
 namespace blockwalk {
 namespace {
@@ -33,9 +32,13 @@ bool keepsSums(const ViewChoices& view) {
   return view.samples > 1 && std::int64_t{view.width} * view.height <= kMaxRefinedPixels;
 }
 
+// Open while it reads, draws and writes. Closing: what is under way is finished and the close frame written, while what
+// the client still sends is dropped. Gone: the client is, or cannot be served; nothing more is drawn or written.
+// paint() owns the way from closing to the close frame, vanish() the end.
 class StreamSession final : public OpenStream, public std::enable_shared_from_this<StreamSession> {
  public:
-  StreamSession(WebSocket socket, ServerContext& context, std::size_t volume, std::unique_ptr<SessionPlace> place);
+  StreamSession(WebSocket socket, Services& services, std::shared_ptr<const ServedVolume> volume, std::uint64_t peer,
+                Counted place);
   ~StreamSession() override;
   StreamSession(const StreamSession&) = delete;
   StreamSession& operator=(const StreamSession&) = delete;
@@ -44,10 +47,15 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   asio::awaitable<void> paint();
   asio::awaitable<void> write();
   void sayHello();
+  const ServedVolume& volume() const override { return *volume_; }
+  std::uint64_t peer() const override { return account_.peer; }
   void goAway() override { close(websocket::close_code::going_away); }
+  void volumeReplaced() override { close(websocket::close_code::service_restart); }
   void vanish();
 
  private:
+  enum class State { open, closing, gone };
+
   void close(websocket::close_code code);
   void take(std::string_view text);
   void apply(const ViewMessage& message);
@@ -55,125 +63,132 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   void apply(const LimitsMessage& message);
   void apply(const PingMessage& message) { push(pongMessage(message.time)); }
   void push(std::string text) { outbox_.push(std::move(text)); }
-  asio::awaitable<void> throttle();
+  asio::awaitable<void> throttle(std::size_t bytes);
   asio::awaitable<void> paintOne(PaceStep step);
   ImageOrder orderOf(const PaceStep& step) const;
-  ResolvedView resolve(const View& view) const;
+  bool hasRoom(const PaceStep& step) const;
+  Clock::time_point patienceEnd() const;
+  ResolvedView resolve(const View& view) const { return resolveView(view, *volume_->info); }
 
-  const std::unique_ptr<SessionPlace> place_;
+  const Counted place_;
+  const Counted busy_;
   WebSocket socket_;
-  ServerContext& context_;
-  const BusyLease busy_;
-  const std::size_t volume_;
-  const std::uint64_t client_;
+  Services& services_;
+  const std::shared_ptr<const ServedVolume> volume_;
+  const Account account_;
   StreamPace pace_;
   ImageRequest request_;
   ResolvedView view_;  // the request's
   std::uint64_t last_seq_ = 0;
   int bad_messages_ = 0;
   std::int64_t messages_in_second_ = 0;
+  std::int64_t bytes_in_second_ = 0;
   Clock::time_point second_begin_{};
 
-  // What is being drawn.
-  bool painting_ = false;
+  // What is being drawn; without a flag, nothing is.
   PaceStep step_;
   Clock::time_point paint_begin_{};
   std::shared_ptr<std::atomic<bool>> cancel_;
 
-  bool closing_ = false;
-  bool vanished_ = false;
+  State state_ = State::open;
+  websocket::close_code close_code_ = websocket::close_code::normal;
 
   Signal paint_signal_;
   Signal room_signal_;
   StreamOutbox outbox_;
 };
 
-StreamSession::StreamSession(WebSocket socket, ServerContext& context, std::size_t volume,
-                             std::unique_ptr<SessionPlace> place)
+// A stream is a group of its own: among those of a peer, and beside its requests, it has its share.
+Account accountOf(std::uint64_t peer, std::uint64_t client) {
+  return {.peer = peer, .group = client, .client = client};
+}
+
+StreamSession::StreamSession(WebSocket socket, Services& services, std::shared_ptr<const ServedVolume> volume,
+                             std::uint64_t peer, Counted place)
     : place_(std::move(place)),
+      busy_(services.busy),
       socket_(std::move(socket)),
-      context_(context),
-      busy_(context),
-      volume_(volume),
-      client_(context.frames.newClient()),
-      pace_({.frames_in_flight = static_cast<int>(context.state.options.frames_in_flight),
+      services_(services),
+      volume_(std::move(volume)),
+      account_(accountOf(peer, services.frames.newClient())),
+      pace_({.frames_in_flight = static_cast<int>(services.state.options.frames_in_flight),
              .fps = PaceLimits{}.fps,
              .max_bytes_per_second = {}}),
       paint_signal_(socket_.get_executor()),
       room_signal_(socket_.get_executor()),
-      outbox_(socket_, context, [this] {
+      outbox_(socket_, services, [this] {
         room_signal_.notify();
         paint_signal_.notify();
       }) {
-  context_.streams.insert(this);
-  ++context_.state.counters.sessions;
+  services_.streams.insert(this);
+  ++services_.state.counters.sessions;
 }
 
 StreamSession::~StreamSession() {
-  context_.streams.erase(this);
-  context_.state.counters.dropped_views += pace_.droppedViews();
+  services_.streams.erase(this);
+  services_.state.counters.dropped_views += pace_.droppedViews();
+  try {
+    services_.frames.forget(account_.client);
+  } catch (const std::bad_alloc&) {
+    spdlog::warn("out of memory: sums of a stream that ended are kept until their memory is needed");
+  }
 }
 
 void StreamSession::close(websocket::close_code code) {
-  if (closing_) return;
-  closing_ = true;
-  outbox_.close(code);
+  if (state_ != State::open) return;
+  state_ = State::closing;
+  close_code_ = code;
   paint_signal_.notify();
   room_signal_.notify();
 }
 
-// The client is gone, or cannot be served: nothing more is drawn or written for it.
 void StreamSession::vanish() {
-  vanished_ = true;
-  close(websocket::close_code::normal);
-  if (cancel_) cancel_->store(true);
+  state_ = State::gone;
+  if (cancel_) services_.frames.cancel(*cancel_);
   outbox_.abandon();
+  paint_signal_.notify();
+  room_signal_.notify();
 }
 
 void StreamSession::sayHello() {
-  const auto document = nlohmann::json::parse(context_.state.volumes.at(volume_).json);
-  push(helloMessage(document, {.frames_in_flight = pace_.limits().frames_in_flight, .fps = pace_.limits().fps}));
+  push(helloMessage(volume_->document,
+                    {.frames_in_flight = pace_.limits().frames_in_flight, .fps = pace_.limits().fps}));
 }
 
 asio::awaitable<void> StreamSession::read() {
   beast::flat_buffer buffer;
-  while (!closing_) {
+  while (state_ != State::gone) {
     error_code error;
+    buffer.clear();
     co_await socket_.async_read(buffer, keepError(error));
     if (error) break;
-    if (closing_) continue;
+    if (state_ != State::open) continue;
     if (socket_.got_text()) {
       take({static_cast<const char*>(buffer.data().data()), buffer.size()});
     } else {
       ++bad_messages_;
       push(errorMessage({.status = 400, .detail = "messages are text", .field = {}}, {}));
     }
-    buffer.consume(buffer.size());
     if (bad_messages_ > kMaxBadMessages) close(websocket::close_code::policy_error);
-    co_await throttle();
-  }
-  // While the close is under way what the client still sends is read and dropped.
-  while (closing_ && !vanished_) {
-    error_code error;
-    buffer.clear();
-    co_await socket_.async_read(buffer, keepError(error));
-    if (error) break;
+    co_await throttle(buffer.size());
   }
   vanish();
 }
 
-// Reading pauses while the client sends faster than it may, or takes no answers: TCP then slows it down.
-asio::awaitable<void> StreamSession::throttle() {
+// Reading pauses while the client sends more than it may, or takes no answers: TCP then slows it down.
+asio::awaitable<void> StreamSession::throttle(std::size_t bytes) {
+  const ServerOptions& options = services_.state.options;
   const auto now = Clock::now();
   if (now - second_begin_ >= std::chrono::seconds(1)) {
     second_begin_ = now;
-    messages_in_second_ = 0;
+    messages_in_second_ = bytes_in_second_ = 0;
   }
   const auto second_end = second_begin_ + std::chrono::seconds(1);
-  if (++messages_in_second_ >= context_.state.options.message_rate) {
-    while (!closing_ && Clock::now() < second_end) co_await room_signal_.wait(second_end);
+  bytes_in_second_ += static_cast<std::int64_t>(bytes);
+  if (++messages_in_second_ >= options.message_rate || bytes_in_second_ >= options.message_bytes) {
+    while (state_ == State::open && Clock::now() < second_end) co_await room_signal_.wait(second_end);
   }
-  while (outbox_.isCrowded() && !closing_) co_await room_signal_.wait();
+  while (outbox_.isCrowded() && state_ == State::open) co_await room_signal_.wait();
 }
 
 void StreamSession::take(std::string_view text) {
@@ -206,7 +221,7 @@ void StreamSession::apply(const ViewMessage& message) {
   }
   request_ = std::move(changed);
   view_ = std::move(resolved);
-  if (cancel_ && pace_.shouldCancel(step_, paint_begin_, now)) cancel_->store(true);
+  if (cancel_ && pace_.shouldCancel(step_, paint_begin_, now)) services_.frames.cancel(*cancel_);
   paint_signal_.notify();
 }
 
@@ -223,29 +238,45 @@ void StreamSession::apply(const LimitsMessage& message) {
 }
 
 asio::awaitable<void> StreamSession::paint() {
-  while (!closing_) {
+  while (state_ == State::open) {
     const auto now = Clock::now();
     const PaceStep step = pace_.next(now);
-    if (step.kind == PaceStep::Kind::wait) {
-      co_await paint_signal_.wait(step.when);
+    if (now >= patienceEnd()) {
+      spdlog::info("stream closed: its frames are not acknowledged");
+      close(websocket::close_code::policy_error);
+    } else if (step.kind == PaceStep::Kind::wait) {
+      co_await paint_signal_.wait(std::min(step.when, patienceEnd()));
     } else if (outbox_.hasFrame()) {
       co_await paint_signal_.wait();
-    } else if (!context_.frames.hasRoom(request_.view)) {
+    } else if (!hasRoom(step)) {
       co_await paint_signal_.wait(now + kRoomTime);
     } else {
       co_await paintOne(step);
-      outbox_.wake();
     }
   }
+  if (state_ == State::closing) outbox_.finish(close_code_);
 }
 
-ResolvedView StreamSession::resolve(const View& view) const {
-  return resolveView(view, *context_.state.volumes.at(volume_).loaded.info);
+// When a client that acknowledges nothing though a frame is due is given up.
+Clock::time_point StreamSession::patienceEnd() const {
+  const auto since = pace_.blockedSince();
+  return since ? *since + std::chrono::seconds(services_.state.options.send_time) : Clock::time_point::max();
+}
+
+int scaledSide(int side, double scale) { return std::max(1, static_cast<int>(std::lround(side * scale))); }
+
+bool StreamSession::hasRoom(const PaceStep& step) const {
+  ViewChoices drawn = request_.view;
+  if (step.kind == PaceStep::Kind::moving) {
+    drawn.width = scaledSide(drawn.width, step.scale);
+    drawn.height = scaledSide(drawn.height, step.scale);
+  }
+  return services_.frames.hasRoom(account_, drawn);
 }
 
 ImageOrder StreamSession::orderOf(const PaceStep& step) const {
-  ImageOrder order{.client = client_,
-                   .volume = volume_,
+  ImageOrder order{.account = account_,
+                   .volume = volume_->number,
                    .format = request_.format,
                    .quality = step.quality,
                    .frame = {.view = {}, .cancel = cancel_}};
@@ -259,14 +290,13 @@ ImageOrder StreamSession::orderOf(const PaceStep& step) const {
   if (step.kind == PaceStep::Kind::still) {
     order.frame.view = view_;
     if (keepsSums(view_)) {
-      order.frame.step = SampleStep{.owner = client_, .begin = step.samples_begin, .end = step.samples_end};
+      order.frame.step = SampleStep{.owner = account_.client, .begin = step.samples_begin, .end = step.samples_end};
     }
     return order;
   }
-  const auto scaled = [&](int side) { return std::max(1, static_cast<int>(std::lround(side * step.scale))); };
   View small = request_.view;
-  small.width = scaled(small.width);
-  small.height = scaled(small.height);
+  small.width = scaledSide(small.width, step.scale);
+  small.height = scaledSide(small.height, step.scale);
   small.samples = 1;
   order.frame.view = resolve(small);
   order.frame.count = false;
@@ -274,21 +304,21 @@ ImageOrder StreamSession::orderOf(const PaceStep& step) const {
 }
 
 asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
-  const TrueWhile painting(painting_);
   step_ = step;
   paint_begin_ = Clock::now();
   cancel_ = std::make_shared<std::atomic<bool>>(false);
   pace_.frameStarted(paint_begin_);
-  const ImageOrder order = orderOf(step);
+  ImageOrder order;
   MadeFrame made;
   std::exception_ptr thrown;
   try {
-    made = co_await context_.frames.make(order);
+    order = orderOf(step);
+    made = co_await services_.frames.make(order);
   } catch (...) {
     thrown = std::current_exception();
   }
   cancel_.reset();
-  if (vanished_) co_return;
+  if (state_ == State::gone) co_return;
   if (thrown) {
     pace_.frameFailed(step);
     push(errorMessage(problemOf(thrown), step.id));
@@ -300,7 +330,7 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
   }
   const auto now = Clock::now();
   const double cost_ms = std::chrono::duration<double, std::milli>(now - paint_begin_).count();
-  pace_.frameSent(step, cost_ms, made.bytes.size(), now);
+  pace_.frameSent(step, cost_ms, made.image.size(), now);
   const FrameHeader header{.id = step.id,
                            .seq = ++last_seq_,
                            .width = made.width,
@@ -313,14 +343,13 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
                            .gpu_ms = made.stats.gpu_ms,
                            .encode_ms = made.encode_ms,
                            .dropped = pace_.droppedViews()};
-  outbox_.put({.message = frameMessage(header, made.bytes),
+  outbox_.put({.head = frameHead(header),
+               .image = made.image,
                .text_after = step.is_last ? statsMessage(step.id, last_seq_, made.stats) : std::string(),
                .room = std::move(made.room)});
 }
 
-asio::awaitable<void> StreamSession::write() {
-  co_await outbox_.write(shared_from_this(), [this] { return painting_; });
-}
+asio::awaitable<void> StreamSession::write() { co_await outbox_.write(); }
 
 // A loop that throws takes its session with it, and nothing else: the other loops must not wait for it.
 void endLoop(StreamSession& session, std::exception_ptr thrown) {
@@ -339,9 +368,9 @@ void spawnLoop(const std::shared_ptr<StreamSession>& session, asio::awaitable<vo
 }  // namespace
 
 asio::awaitable<void> serveStream(WireStream stream, beast::http::request<beast::http::string_body> upgrade,
-                                  ServerContext& context, std::size_t volume) {
-  const ServerOptions& options = context.state.options;
-  auto place = std::make_unique<SessionPlace>(context);
+                                  Services& services, std::shared_ptr<const ServedVolume> volume, std::uint64_t peer) {
+  const ServerOptions& options = services.state.options;
+  Counted place(services.state.counts.sessions);  // before the handshake, which waits for the client
   const auto executor = stream.get_executor();
   stream.expires_never();  // the WebSocket has timers of its own
   WebSocket socket(std::move(stream));
@@ -357,11 +386,12 @@ asio::awaitable<void> serveStream(WireStream stream, beast::http::request<beast:
   co_await socket.async_accept(upgrade, keepError(error));
   if (error) co_return;
   beast::get_lowest_layer(socket).socket().set_option(asio::ip::tcp::no_delay(true), error);
-  const auto session = std::make_shared<StreamSession>(std::move(socket), context, volume, std::move(place));
+  const auto session =
+      std::make_shared<StreamSession>(std::move(socket), services, std::move(volume), peer, std::move(place));
   std::exception_ptr thrown;
   try {
     session->sayHello();
-    if (context.state.draining) session->goAway();
+    if (services.state.draining) session->goAway();
     spawnLoop(session, &StreamSession::paint, executor);
     spawnLoop(session, &StreamSession::write, executor);
     co_await session->read();

@@ -5,15 +5,18 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/beast/http/message.hpp>
 #include <boost/beast/http/string_body.hpp>
+#include <cstdint>
+#include <memory>
 
 #include "server/http/wire_stream.h"
-#include "server/server_context.h"
+#include "server/services.h"
 
 namespace blockwalk {
 
 // Answers the upgrade, which was judged before, and serves until either side closes. The volume is ready.
 boost::asio::awaitable<void> serveStream(WireStream stream,
                                          boost::beast::http::request<boost::beast::http::string_body> upgrade,
-                                         ServerContext& context, std::size_t volume);
+                                         Services& services, std::shared_ptr<const ServedVolume> volume,
+                                         std::uint64_t peer);
 
 }  // namespace blockwalk

@@ -8,6 +8,7 @@
 
 #include <array>
 #include <filesystem>
+#include <fstream>
 
 #include "running_server.h"
 
@@ -158,6 +159,31 @@ TEST_F(Daemon, RendersWithTheRealRendererAndDrainsOnSigterm) {
   EXPECT_EQ(daemon.wait(), 0) << daemon.seen();
   EXPECT_LT(std::chrono::steady_clock::now() - begin, std::chrono::seconds(6));
   EXPECT_THAT(daemon.seen(), testing::Not(testing::HasSubstr("VUID")));
+}
+
+TEST_F(Daemon, OtherSignalsDoNotEndIt) {
+  const auto token_file = scratchFolder() / "daemon-token";
+  std::ofstream(token_file) << "0123456789abcdef";
+  Process daemon({"--listen", "127.0.0.1:0", "--token-file", token_file.string(), sampleVolume("rock").string()});
+  const std::uint16_t port = daemon.port();
+  ASSERT_NE(port, 0);
+  std::ofstream(token_file) << "short";
+  daemon.signal(SIGHUP);
+  EXPECT_TRUE(daemon.readUntil("the token of before stays"));
+  std::ofstream(token_file) << "fedcba9876543210";
+  daemon.signal(SIGHUP);
+  EXPECT_TRUE(eventually(
+      [&] { return get(port, "/api/v1/volumes", "Authorization: Bearer fedcba9876543210\r\n").status == 200; }));
+  for (const int number : {SIGUSR1, SIGUSR2}) {
+    daemon.signal(number);
+    EXPECT_TRUE(daemon.readUntil("connections, "));
+  }
+  daemon.signal(SIGPIPE);
+  daemon.signal(SIGSTOP);
+  daemon.signal(SIGCONT);
+  EXPECT_EQ(get(port, "/healthz").status, 200);
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0) << daemon.seen();
 }
 
 TEST_F(Daemon, ASecondSignalEndsAtOnce) {

@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <mutex>
+#include <new>
 #include <thread>
 #include <vector>
 
@@ -16,18 +18,53 @@ namespace blockwalk {
 
 // Shared by the test and the renderer's thread.
 struct FakeControl {
-  std::atomic<int> bands = 1;        // of each frame
+  std::atomic<int> bands = 1;        // of each frame: advance() draws one
   std::atomic<int> band_ms = 0;      // at the frame's full size; fewer pixels take less
   std::atomic<int> full_pixels = 0;  // of the size that band_ms is for; 0: every size takes it
+  std::atomic<int> band_pixels = 0;  // not 0: a frame of more pixels than `bands` such bands has more bands
   std::atomic<bool> hold_load = false;
-  std::atomic<bool> read_voxels = false;  // render() reads level 0 from the file
-  std::atomic<bool> fail_device = false;  // render() throws DeviceError
-  std::atomic<bool> fail_memory = false;  // render() throws bad_alloc
+  std::atomic<bool> read_voxels = false;  // frames read level 0 from the file
+  std::atomic<bool> fail_device = false;  // frames throw DeviceError
+  std::atomic<bool> fail_memory = false;  // frames throw bad_alloc
   std::atomic<int> samples = 0;           // of the newest frame
   std::atomic<int> fewest_samples = 0;    // of all frames; 0: none yet
   std::atomic<int> started = 0;
   std::atomic<int> finished = 0;
   std::atomic<int> cancelled = 0;
+  std::atomic<int> opened = 0;          // renderers
+  std::atomic<int> loads = 0;           // volumes
+  std::atomic<int> most_under_way = 0;  // frames begun and neither finished nor given up
+  std::atomic<int> under_way = 0;
+  // Time of bands; and of those of frames that are no larger than 64x48.
+  std::atomic<std::int64_t> busy_us = 0;
+  std::atomic<std::int64_t> small_busy_us = 0;
+
+  // The n-th call of the renderer from now on (load, begin or advance) throws this, and so do those after it, `times`
+  // in all.
+  enum class Fault { none, lost, out_of_memory, bad_alloc, data };
+  void failCall(Fault fault, int n, int times = 1) {
+    const std::lock_guard lock(mutex_);
+    fault_ = fault;
+    calls_left_ = n;
+    faults_left_ = times;
+  }
+  void call() {
+    const std::lock_guard lock(mutex_);
+    if (faults_left_ == 0 || --calls_left_ > 0) return;
+    --faults_left_;
+    switch (fault_) {
+      case Fault::none:
+        return;
+      case Fault::lost:
+        throw DeviceLost("the fake device was told to be lost");
+      case Fault::out_of_memory:
+        throw OutOfDeviceMemory("the fake device was told to be full", 123456, 789);
+      case Fault::bad_alloc:
+        throw std::bad_alloc();
+      case Fault::data:
+        throw DataError("the fake device was told that the file is broken");
+    }
+  }
 
   void addStep(const SampleStep& step) {
     const std::lock_guard lock(mutex_);
@@ -37,10 +74,22 @@ struct FakeControl {
     const std::lock_guard lock(mutex_);
     return steps_;
   }
+  void addForgotten(std::uint64_t owner) {
+    const std::lock_guard lock(mutex_);
+    forgotten_.push_back(owner);
+  }
+  std::vector<std::uint64_t> forgotten() {
+    const std::lock_guard lock(mutex_);
+    return forgotten_;
+  }
 
  private:
   std::mutex mutex_;
   std::vector<SampleStep> steps_;  // of refinements, in the order in which they began
+  std::vector<std::uint64_t> forgotten_;
+  Fault fault_ = Fault::none;
+  int calls_left_ = 0;
+  int faults_left_ = 0;
 };
 
 class FakeVolume final : public ResidentVolume {
@@ -62,72 +111,100 @@ class FakeVolume final : public ResidentVolume {
 
 class FakeRenderer final : public Renderer {
  public:
-  explicit FakeRenderer(std::shared_ptr<FakeControl> control) : control_(std::move(control)) {}
+  explicit FakeRenderer(std::shared_ptr<FakeControl> control) : control_(std::move(control)) { ++control_->opened; }
 
   DeviceInfo device() const override {
     return {.name = "fake", .driver = "none", .driver_version = "1", .api_version = "1", .kind = "software"};
   }
 
   std::unique_ptr<ResidentVolume> load(VolumeFile file) override {
-    while (control_->hold_load) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+    control_->call();
+    ++control_->loads;
     return std::make_unique<FakeVolume>(std::move(file));
   }
 
   std::unique_ptr<FrameInProgress> begin(ResidentVolume& volume, FrameOrder order) override {
-    return std::make_unique<FakeFrame>(*this, volume, std::move(order));
+    control_->call();
+    return std::make_unique<FakeFrame>(*control_, volume, std::move(order));
   }
+
+  void forget(std::uint64_t owner) noexcept override { control_->addForgotten(owner); }
 
  private:
   class FakeFrame final : public FrameInProgress {
    public:
-    FakeFrame(FakeRenderer& renderer, ResidentVolume& volume, FrameOrder order)
-        : renderer_(renderer), volume_(volume), order_(std::move(order)) {}
-    bool advance() override {
-      frame_ = renderer_.draw(volume_, order_);
-      return false;
+    FakeFrame(FakeControl& control, ResidentVolume& volume, FrameOrder order)
+        : control_(control), volume_(dynamic_cast<FakeVolume&>(volume)), order_(std::move(order)) {
+      if (order_.prepare_only) return;
+      const ResolvedView& view = order_.view;
+      control_.samples = view.samples;
+      const int fewest = control_.fewest_samples;
+      control_.fewest_samples = fewest == 0 ? view.samples : std::min(fewest, view.samples);
+      if (order_.step) control_.addStep(*order_.step);
+      ++control_.started;
+      control_.most_under_way = std::max<int>(control_.most_under_way, ++control_.under_way);
+      const double pixels = double{1} * view.width * view.height;
+      bands_ = control_.bands;
+      if (control_.band_pixels != 0) {
+        bands_ = std::max(bands_, static_cast<int>(std::ceil(pixels / control_.band_pixels)));
+      }
+      share_ = control_.full_pixels == 0 ? 1 : pixels / control_.full_pixels;
     }
-    Frame finish() override { return std::move(frame_); }
+    ~FakeFrame() override {
+      if (!order_.prepare_only) --control_.under_way;
+    }
+
+    bool advance() override {
+      control_.call();
+      if (order_.prepare_only) {
+        if (!control_.hold_load || isCancelled()) return false;
+        std::this_thread::sleep_for(std::chrono::milliseconds(2));
+        return true;
+      }
+      if (control_.fail_device) throw DeviceError("the fake device was told to refuse");
+      if (control_.fail_memory) throw std::bad_alloc();
+      if (control_.read_voxels) volume_.readVoxels();
+      if (!isCancelled()) {
+        const auto begin = std::chrono::steady_clock::now();
+        std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(share_ * control_.band_ms));
+        const auto took = std::chrono::steady_clock::now() - begin;
+        const std::int64_t us = std::chrono::duration_cast<std::chrono::microseconds>(took).count();
+        control_.busy_us += us;
+        if (order_.view.width * order_.view.height <= 64 * 48) control_.small_busy_us += us;
+      }
+      return !isCancelled() && ++band_ < bands_;
+    }
+
+    // A gradient that tells views apart: the eye's x and the size are in every pixel.
+    Frame finish() override {
+      const ResolvedView& view = order_.view;
+      Frame frame{.width = view.width, .height = view.height, .pixels = {}, .probes = {}, .stats = {}};
+      if (order_.prepare_only) return frame;
+      frame.cancelled = isCancelled();
+      ++(frame.cancelled ? control_.cancelled : control_.finished);
+      if (frame.cancelled) return frame;
+      const auto tint = static_cast<std::uint32_t>(std::abs(view.camera.eye.x) * 1000) & 0xff;
+      frame.pixels.reserve(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height));
+      for (int y = 0; y < view.height; ++y) {
+        for (int x = 0; x < view.width; ++x) {
+          frame.pixels.push_back(static_cast<std::uint32_t>(x & 0xff) | static_cast<std::uint32_t>(y & 0xff) << 8 |
+                                 tint << 16 | 0xff000000u);
+        }
+      }
+      frame.stats = {.gpu_ms = 1, .total_ms = 1, .rays = frame.pixels.size(), .finder = "grid", .kernel = "fake"};
+      return frame;
+    }
 
    private:
-    FakeRenderer& renderer_;
-    ResidentVolume& volume_;
-    FrameOrder order_;
-    Frame frame_;
-  };
+    bool isCancelled() const { return order_.cancel != nullptr && *order_.cancel; }
 
-  // A gradient that tells views apart: the eye's x and the size are in every pixel.
-  Frame draw(ResidentVolume& volume, const FrameOrder& order) {
-    const ResolvedView& view = order.view;
-    control_->samples = view.samples;
-    const int fewest = control_->fewest_samples;
-    control_->fewest_samples = fewest == 0 ? view.samples : std::min(fewest, view.samples);
-    if (order.step) control_->addStep(*order.step);
-    ++control_->started;
-    if (control_->fail_device) throw DeviceError("the fake device was told to refuse");
-    if (control_->fail_memory) throw std::bad_alloc();
-    if (control_->read_voxels) dynamic_cast<const FakeVolume&>(volume).readVoxels();
-    Frame frame{.width = view.width, .height = view.height, .pixels = {}, .probes = {}, .stats = {}};
-    const double share = control_->full_pixels == 0 ? 1 : double{1} * view.width * view.height / control_->full_pixels;
-    for (int band = 0; band < control_->bands; ++band) {
-      std::this_thread::sleep_for(std::chrono::duration<double, std::milli>(share * control_->band_ms));
-      if (order.cancel != nullptr && *order.cancel) {
-        ++control_->cancelled;
-        frame.cancelled = true;
-        return frame;
-      }
-    }
-    const auto tint = static_cast<std::uint32_t>(std::abs(view.camera.eye.x) * 1000) & 0xff;
-    frame.pixels.reserve(static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height));
-    for (int y = 0; y < view.height; ++y) {
-      for (int x = 0; x < view.width; ++x) {
-        frame.pixels.push_back(static_cast<std::uint32_t>(x & 0xff) | static_cast<std::uint32_t>(y & 0xff) << 8 |
-                               tint << 16 | 0xff000000u);
-      }
-    }
-    frame.stats = {.gpu_ms = 1, .total_ms = 1, .rays = frame.pixels.size(), .finder = "grid", .kernel = "fake"};
-    ++control_->finished;
-    return frame;
-  }
+    FakeControl& control_;
+    const FakeVolume& volume_;
+    FrameOrder order_;
+    int bands_ = 1;
+    double share_ = 1;
+    int band_ = 0;
+  };
 
   std::shared_ptr<FakeControl> control_;
 };

@@ -29,6 +29,15 @@ TEST(Options, FlagsFilesAndDefaults) {
   EXPECT_THAT(options.files, testing::ElementsAre("a.bwv", "b.bwv"));
 }
 
+TEST(Options, SizesHaveUnits) {
+  EXPECT_EQ(parseServerOptions({}).memory_budget, 0u);
+  EXPECT_EQ(parseServerOptions({"--memory-budget", "2GiB"}).memory_budget, std::uint64_t{2} << 30);
+  EXPECT_EQ(parseServerOptions({"--memory-budget", "1500000"}).memory_budget, 1500000u);
+  for (const char* wrong : {"", "0", "2GB", "-1", "1.5GiB", "GiB", "2 GiB", "99999999999TiB", "18446744073709551616"}) {
+    EXPECT_THROW(parseServerOptions({"--memory-budget", wrong}), UsageError) << wrong;
+  }
+}
+
 TEST(Options, EveryOneIsInTheHelp) {
   for (const ServerOption& option : serverOptions()) {
     EXPECT_THAT(serverHelp(), testing::HasSubstr("--" + std::string(option.name)));

@@ -29,6 +29,7 @@ class RunningServer {
   std::uint16_t port() const { return port_; }
   FakeControl& control() { return *control_; }
   void drain() { server_->drain(); }
+  void reload() { server_->reload(); }
   int join();  // until run() ends: its status
   void waitReady();
 

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 #include <netinet/in.h>
 #include <netinet/tcp.h>
+#include <poll.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -72,6 +73,11 @@ std::optional<std::string> WireClient::readBytes(std::size_t count) {
   std::string bytes = buffer_.substr(0, count);
   buffer_.erase(0, count);
   return bytes;
+}
+
+bool WireClient::hasBytes() {
+  pollfd state{.fd = socket_, .events = POLLIN, .revents = 0};
+  return !buffer_.empty() || poll(&state, 1, 0) > 0;
 }
 
 bool WireClient::atEnd() { return buffer_.empty() && !fill(); }

@@ -32,7 +32,8 @@ class WireClient {
   void finishSending();
   // The next reply; `has_body` false for HEAD. Waits up to 10 s.
   WireReply readReply(bool has_body = true);
-  bool atEnd();  // nothing more comes, and the peer has closed
+  bool hasBytes();  // something can be read at once, the end also
+  bool atEnd();     // nothing more comes, and the peer has closed
   std::optional<std::string> readBytes(std::size_t count);
 
  private:

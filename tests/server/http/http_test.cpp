@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "server/http/routes.h"
 #include "tests/server/running_server.h"
 
 namespace blockwalk {
@@ -103,6 +104,62 @@ TEST(Http, HeadAndOptions) {
   EXPECT_EQ(client.readReply().fields.at("allow"), "GET, HEAD, POST, OPTIONS");
   client.send("GET /healthz HTTP/1.1\r\nHost: localhost\r\n\r\n");
   EXPECT_EQ(client.readReply().status, 200) << "the connection is still in step";
+}
+
+TEST(Http, AcceptIsReadWhole) {
+  RunningServer server;
+  const auto status = [&](const std::string& fields) { return get(server.port(), "/api/v1/volumes", fields).status; };
+  EXPECT_EQ(status("Accept: text/html\r\nAccept: application/json\r\n"), 200) << "every line counts";
+  EXPECT_EQ(status("Accept: text/html, */*;q=0.1\r\n"), 200);
+  EXPECT_EQ(status("Accept: APPLICATION/JSON\r\n"), 200);
+  EXPECT_EQ(status("Accept: application/json;q=0\r\n"), 406);
+  EXPECT_EQ(status("Accept: application/json;q=0.000, */*\r\n"), 406) << "what names it more closely decides";
+  EXPECT_EQ(status("Accept: application/json; Q = 0\r\n"), 200) << "no weight has spaces";
+  EXPECT_EQ(status("Accept: application/json;q=0.001\r\n"), 200);
+  EXPECT_EQ(status("Accept: application/json;version=q=0\r\n"), 200) << "a parameter of another name";
+  EXPECT_EQ(status("Accept: application/json;a=\";q=0,\"\r\n"), 200) << "inside quotes";
+  EXPECT_EQ(status("Accept: application/*\r\n"), 200);
+  EXPECT_EQ(status("Accept: applicatio/*\r\n"), 406);
+}
+
+TEST(Http, EveryPathOfTheTableAnswersAndSaysItsMethods) {
+  RunningServer server;
+  for (const Path& path : interfacePaths()) {
+    std::string target(path.path);
+    if (const std::size_t id = target.find("{id}"); id != std::string::npos) target.replace(id, 4, "rock");
+    const auto allowed = request(server.port(), fmt::format("OPTIONS {} HTTP/1.1\r\nHost: localhost\r\n\r\n", target));
+    EXPECT_EQ(allowed.status, 204) << target;
+    EXPECT_EQ(allowed.fields.at("allow"), path.methods) << target;
+    const auto deleted = request(server.port(), fmt::format("DELETE {} HTTP/1.1\r\nHost: localhost\r\n\r\n", target));
+    EXPECT_EQ(deleted.status, 405) << target;
+    EXPECT_EQ(deleted.fields.at("allow"), path.methods) << target;
+    const int status = get(server.port(), target).status;
+    EXPECT_TRUE(status == 200 || status == 426) << target << " " << status;
+  }
+  EXPECT_EQ(get(server.port(), "/api/v1/volumes/rock/nothing").status, 404);
+  EXPECT_EQ(get(server.port(), "/livez").status, 200);
+}
+
+TEST(Http, AStreamHasNoHead) {
+  RunningServer server;
+  std::string upgrade = upgradeHead("rock");
+  upgrade.replace(0, 3, "HEAD");
+  const auto refused = request(server.port(), upgrade + "\r\n");
+  EXPECT_EQ(refused.status, 405);
+  EXPECT_EQ(refused.fields.at("allow"), "GET, OPTIONS");
+}
+
+TEST(Http, MetricsCountTimesAndMemory) {
+  RunningServer server;
+  get(server.port(), std::string(kImage) + "?size=8x8");
+  const std::string metrics = get(server.port(), "/metrics").body;
+  for (const char* line :
+       {"# TYPE blockwalk_frame_render_seconds histogram\n", "blockwalk_frame_render_seconds_bucket{le=\"+Inf\"} 1\n",
+        "blockwalk_frame_render_seconds_count 1\n", "blockwalk_frame_wait_seconds_bucket{le=\"10\"} 1\n",
+        "blockwalk_frame_encode_seconds_count 1\n", "blockwalk_device_memory_used_bytes ",
+        "blockwalk_pending_pixels "}) {
+    EXPECT_THAT(metrics, testing::HasSubstr(line));
+  }
 }
 
 TEST(Http, PipelinedRequestsAreAnsweredInOrder) {
@@ -246,6 +303,9 @@ TEST(Http, ServesThePageFromMemory) {
   const auto page = get(server.port(), "/");
   EXPECT_EQ(page.body, "<title>Blockwalk</title>");
   EXPECT_EQ(page.fields.at("content-type"), "text/html; charset=utf-8");
+  EXPECT_THAT(page.fields.at("content-security-policy"),
+              testing::AllOf(testing::HasSubstr("default-src 'none'"), testing::HasSubstr("script-src 'self'"),
+                             testing::HasSubstr("frame-ancestors 'none'"), testing::Not(testing::HasSubstr("unsafe"))));
   EXPECT_EQ(get(server.port(), "/assets/app.js?v=1").body, "let x = 1;");
   EXPECT_EQ(get(server.port(), "/", "If-None-Match: " + page.fields.at("etag") + "\r\n").status, 304);
 }
@@ -271,6 +331,26 @@ TEST(Http, ATokenIsAskedForWhereThereIsOne) {
   EXPECT_EQ(request(server.port(), upgrade + "\r\n").status, 101);
   EXPECT_EQ(StreamClient(server.port(), "rock", "Authorization: Bearer 0123456789abcdef\r\n").reply().status, 101);
   EXPECT_EQ(get(server.port(), "/healthz").status, 200);
+}
+
+TEST(Http, AReloadTakesTheNewTokenAndABrokenOneLeavesTheOld) {
+  const auto token_file = scratchFolder() / "changing-token";
+  std::ofstream(token_file) << "0123456789abcdef\n";
+  RunningServer server({.token_file = token_file});
+  const auto knows = [&](const std::string& token) {
+    return get(server.port(), "/api/v1/volumes", "Authorization: Bearer " + token + "\r\n").status == 200;
+  };
+  EXPECT_TRUE(knows("0123456789abcdef"));
+  std::ofstream(token_file) << "fedcba9876543210\n";
+  EXPECT_TRUE(knows("0123456789abcdef")) << "not before it is told";
+  server.reload();
+  EXPECT_TRUE(eventually([&] { return knows("fedcba9876543210"); }));
+  EXPECT_FALSE(knows("0123456789abcdef"));
+  std::ofstream(token_file) << "short";
+  server.reload();
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_TRUE(knows("fedcba9876543210"));
+  EXPECT_FALSE(knows("short"));
 }
 
 TEST(Http, DrainingEndsWhatRunsAndTakesNothingNew) {

@@ -14,6 +14,7 @@
 #include <boost/beast/websocket.hpp>
 #include <boost/beast/websocket/ssl.hpp>
 #include <cstdio>
+#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
@@ -34,11 +35,11 @@ struct CertificateFiles {
 };
 
 // A certificate for 127.0.0.1, signed by itself, good for an hour.
-CertificateFiles makeCertificate() {
+CertificateFiles makeCertificate(int serial = 1) {
   const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(EVP_EC_gen("P-256"), EVP_PKEY_free);
   const std::unique_ptr<X509, decltype(&X509_free)> certificate(X509_new(), X509_free);
   X509_set_version(certificate.get(), 2);
-  ASN1_INTEGER_set(X509_get_serialNumber(certificate.get()), 1);
+  ASN1_INTEGER_set(X509_get_serialNumber(certificate.get()), serial);
   X509_gmtime_adj(X509_getm_notBefore(certificate.get()), -60);
   X509_gmtime_adj(X509_getm_notAfter(certificate.get()), 3600);
   X509_set_pubkey(certificate.get(), key.get());
@@ -159,6 +160,59 @@ TEST_F(Tls, AnswersNothingInTheClear) {
   EXPECT_TRUE(error);
   EXPECT_THAT(answer.substr(0, count), ::testing::Not(::testing::HasSubstr("HTTP/1.1")));
   EXPECT_EQ(get("/healthz").result_int(), 200u);  // and goes on serving
+}
+
+TEST_F(Tls, HasForwardSecrecyAndNoOldCiphers) {
+  const auto connects = [&](const char* ciphers, int version) {
+    asio::ssl::context context(asio::ssl::context::tls_client);
+    SSL_CTX_set_min_proto_version(context.native_handle(), version);
+    SSL_CTX_set_max_proto_version(context.native_handle(), version);
+    SSL_CTX_set_security_level(context.native_handle(), 0);
+    if (version != TLS1_3_VERSION) {
+      EXPECT_EQ(SSL_CTX_set_cipher_list(context.native_handle(), ciphers), 1) << ciphers;
+    }
+    TlsStream stream(connectTo(io_, server_.port()), context);
+    beast::error_code error;
+    stream.handshake(asio::ssl::stream_base::client, error);
+    return !error;
+  };
+  EXPECT_TRUE(connects("", TLS1_3_VERSION));
+  EXPECT_TRUE(connects("ECDHE-ECDSA-AES128-GCM-SHA256", TLS1_2_VERSION));
+  EXPECT_TRUE(connects("ECDHE-ECDSA-CHACHA20-POLY1305", TLS1_2_VERSION));
+  EXPECT_FALSE(connects("ECDHE-ECDSA-AES128-SHA256", TLS1_2_VERSION)) << "CBC";
+  EXPECT_FALSE(connects("ECDHE-ECDSA-AES128-SHA", TLS1_2_VERSION)) << "CBC";
+  EXPECT_FALSE(connects("ALL:@SECLEVEL=0", TLS1_1_VERSION));
+}
+
+TEST(TlsReload, TakesTheNewCertificateAndABrokenOneLeavesTheOld) {
+  const ServerOptions options = tlsOptions();
+  RunningServer server(options, false);
+  asio::io_context io;
+  asio::ssl::context context(asio::ssl::context::tls_client);
+  const auto serial = [&] {
+    TlsStream stream(connectTo(io, server.port()), context);
+    stream.handshake(asio::ssl::stream_base::client);
+    const std::unique_ptr<X509, decltype(&X509_free)> certificate(SSL_get1_peer_certificate(stream.native_handle()),
+                                                                  X509_free);
+    return ASN1_INTEGER_get(X509_get0_serialNumber(certificate.get()));
+  };
+  EXPECT_EQ(serial(), 1);
+  TlsStream open(connectTo(io, server.port()), context);
+  open.handshake(asio::ssl::stream_base::client);
+  makeCertificate(2);
+  server.reload();
+  EXPECT_TRUE(eventually([&] { return serial() == 2; }));
+  std::ofstream(options.tls_key) << "no key";
+  server.reload();
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  EXPECT_EQ(serial(), 2);
+  http::request<http::empty_body> request(http::verb::get, "/healthz", 11);
+  request.set(http::field::host, "localhost");
+  http::write(open, request);
+  beast::flat_buffer buffer;
+  http::response<http::string_body> response;
+  http::read(open, buffer, response);
+  EXPECT_EQ(response.result_int(), 200u) << "what is open stays open";
 }
 
 TEST(TlsOptions, KeyThatIsNoneIsRefusedByName) {

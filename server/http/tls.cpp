@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "server/http/tls.h"
+
+#include <openssl/ssl.h>
+
+namespace blockwalk {
+
+namespace ssl = boost::asio::ssl;
+using boost::system::error_code;
+
+std::shared_ptr<ssl::context> loadTls(const ServerOptions& options) {
+  if (options.tls_cert.empty() && options.tls_key.empty()) return nullptr;
+  if (options.tls_cert.empty() || options.tls_key.empty()) {
+    throw UsageError("--tls-cert and --tls-key come together: one of them is missing");
+  }
+  auto tls = std::make_shared<ssl::context>(ssl::context::tls_server);
+  tls->set_options(ssl::context::default_workarounds | ssl::context::no_tlsv1 | ssl::context::no_tlsv1_1);
+  // Of 1.2; those of 1.3 all have both.
+  if (SSL_CTX_set_cipher_list(tls->native_handle(), "ECDHE+AESGCM:ECDHE+CHACHA20") != 1) {
+    failData("TLS: this OpenSSL has no cipher with forward secrecy");
+  }
+  const auto refuse = [](const char* flag, const std::filesystem::path& file, const error_code& error) {
+    if (error) failData("{} '{}': {}", flag, file.string(), error.message());
+  };
+  error_code error;
+  tls->use_certificate_chain_file(options.tls_cert.string(), error);
+  refuse("--tls-cert", options.tls_cert, error);
+  tls->use_private_key_file(options.tls_key.string(), ssl::context::pem, error);
+  refuse("--tls-key", options.tls_key, error);
+  return tls;
+}
+
+}  // namespace blockwalk

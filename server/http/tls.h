@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+#pragma once
+
+#include <boost/asio/ssl/context.hpp>
+#include <memory>
+
+#include "server/options.h"
+
+namespace blockwalk {
+
+// TLS 1.3, and 1.2 with forward secrecy and authenticated encryption only. Null when the options name no certificate.
+// Throws UsageError where one of certificate and key is missing, DataError that names the file that is none, or the key
+// that is not the certificate's.
+std::shared_ptr<boost::asio::ssl::context> loadTls(const ServerOptions& options);
+
+}  // namespace blockwalk
