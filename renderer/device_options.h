@@ -19,6 +19,8 @@ struct DeviceOptions {
   bool allow_ray_query = true;  // false hides ray queries, so that `grid` serves everything
   bool validation = false;      // Khronos validation with synchronisation validation; messages go to `on_message`
   std::uint64_t chunk_bytes = std::uint64_t{256} << 20;  // one allocation of voxels; lowered to what the device allows
+  // What this renderer may hold on the device, all together; 0: as much as the device says it has.
+  std::uint64_t memory_budget_bytes = 0;
   // Measure what the finder `auto` means on a software device too. Elsewhere it is measured for every volume. On
   // lavapipe a kernel that is tried takes about half a second to compile, and none was found that beats the grid by
   // much (docs/experiments).
@@ -26,9 +28,8 @@ struct DeviceOptions {
   // Draw with a general kernel while a view's own is made on a thread of its own (renderer/vulkan/kernels.h): for many
   // who share the device. Else a view waits for its kernel.
   bool background_kernels = false;
-  std::size_t most_kernels = 64;          // kept, some 3 MB each on lavapipe
-  std::uint64_t memory_budget_bytes = 0;  // 0: what the device says
-  double band_ms = 25;                    // frames are cut into bands of about this device time
+  std::size_t most_kernels = 64;  // kept, some 3 MB each on lavapipe
+  double band_ms = 25;            // frames are cut into bands of about this device time
   // Of sums that refinements keep between their steps, all together (renderer/resident/kept_sums.h).
   std::uint64_t kept_sum_bytes = std::uint64_t{256} << 20;
   // A submission that takes longer hangs, and the device is lost; by default 20 s, on a software device 300 s.

@@ -58,8 +58,9 @@ class Renderer {
   virtual std::unique_ptr<ResidentVolume> load(VolumeFile file) = 0;
   // Throws ViewError for the view, DataError for a broken file, DeviceError for the device.
   virtual std::unique_ptr<FrameInProgress> begin(ResidentVolume& volume, FrameOrder order) = 0;
-  // What is kept for an owner of refinements (SampleStep::owner), who does not come again, is let go.
-  virtual void forget(std::uint64_t /*owner*/) noexcept {}
+
+  // Whoever refined as this owner (SampleStep) does not any more.
+  virtual void forget(std::uint64_t) {}
 
   // All pieces at once.
   Frame render(ResidentVolume& volume, FrameOrder order) {

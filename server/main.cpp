@@ -17,8 +17,8 @@ blockwalk::DeviceOptions deviceOptions(const blockwalk::ServerOptions& options) 
   return {.device = options.device,
           .allow_ray_query = !options.no_ray_query,
           .validation = options.validation,
-          .background_kernels = true,
           .memory_budget_bytes = options.memory_budget,
+          .background_kernels = true,
           .on_message = [](const std::string& message) { spdlog::warn("{}", message); }};
 }
 

@@ -336,7 +336,13 @@ void RenderThread::letGo() noexcept {
       unloaded.insert(volumes_.extract(current));
     }
   }
-  for (const std::uint64_t owner : forgotten) renderer_->forget(owner);
+  for (const std::uint64_t owner : forgotten) {
+    try {
+      renderer_->forget(owner);
+    } catch (const std::exception& error) {
+      spdlog::warn("sums are kept until their memory is needed: {}", error.what());
+    }
+  }
   unloaded.clear();
   noteMemory();
 }

@@ -67,7 +67,6 @@ House blockwalk() {
                      {"renderer/resident", "renderer", "ResidentVolume is declared in the renderer's door"},
                      {"renderer/resident", "renderer/find", "a level keeps what finders look in"},
                      {"server/render", "server", "what all of the server shares"},
-                     {"server/render", "server/http", "a reply is made where the frame is"},
                      {"server/stream", "server", "what all of the server shares"},
                      {"server/stream", "server/http", "a stream begins as a request"},
                      {"server/http", "server", "what all of the server shares"}}};
