@@ -19,6 +19,7 @@ blockwalk::DeviceOptions deviceOptions(const blockwalk::ServerOptions& options) 
           .validation = options.validation,
           .memory_budget_bytes = options.memory_budget,
           .background_kernels = true,
+          .most_kernels = 32,  // 5 MB each on lavapipe, with what its compiler read
           .on_message = [](const std::string& message) { spdlog::warn("{}", message); }};
 }
 

@@ -2,6 +2,7 @@
 #include "renderer/vulkan/kernels.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 
 #include <utility>
 
@@ -49,6 +50,7 @@ vk::DescriptorSet Kernels::bindInstances(vk::AccelerationStructureKHR instances)
 
 Kernels::Kernel Kernels::choose(const KernelKey& key, KernelWish wish) {
   takeMade();
+  if (background_ && std::exchange(made_here_, false)) malloc_trim(0);  // its first dispatch is over
   if (wish == KernelWish::general) return {.pipeline = make(generalKernel(key)), .general = true};
   if (wish == KernelWish::specialised || !background_) return {.pipeline = make({.key = key}), .general = false};
   return chooseBest(key);
@@ -100,7 +102,15 @@ Kernels::Pipeline Kernels::make(const KernelName& name) {
   maker_.claim(name);
   takeMade();
   if (Pipeline found = find(name)) return found;
-  device_.memory().requireOfHost(kKernelBytes, "a kernel");
+  try {
+    device_.memory().requireOfHost(kKernelBytes, "a kernel");
+  } catch (const OutOfDeviceMemory&) {
+    // Kernels can be made again. A driver may give their memory back with the next submission: then the next asks.
+    by_name_.clear();
+    ready_.clear();
+    device_.memory().requireOfHost(kKernelBytes, "a kernel");
+  }
+  made_here_ = true;
   return keep(name, device_.calls().guard(DeviceCall::compile, "a kernel",
                                           [&] { return layouts_.make(name, kernelWords(name)); }));
 }

@@ -31,6 +31,7 @@ class Kernels {
         pipeline;          // held while a submission uses it: it may be given back meanwhile
     bool general = false;  // reads its key at kChoicesOffset of the push constants
   };
+  // Throws OutOfDeviceMemory where there is no room to make one, after giving back all others.
   Kernel choose(const KernelKey& key, KernelWish wish);
 
   const vk::raii::PipelineLayout& layout(bool ray_query) const { return layouts_.layout(ray_query); }
@@ -65,7 +66,8 @@ class Kernels {
   std::set<KernelKey> drawn_once_;
   std::set<KernelName> failed_;  // that the maker could not make: not asked for again
   std::uint64_t made_ = 0;
-  KernelMaker maker_;  // last: it ends first
+  bool made_here_ = false;  // since the last call: what the compiler left behind is not given back yet
+  KernelMaker maker_;       // last: it ends first
 };
 
 // Whether views get the key without asking by name for what only measuring or developing needs.
