@@ -28,7 +28,7 @@ class Sharing : public testing::Test {
   }
 
   // Each view is sent when the frame of the one before came. The longest time between two, in seconds.
-  double watch(double seconds) {
+  double watch(double watched_s) {
     StreamClient client(server_.port(), "rock");
     const auto elapsed = [](Clock::time_point from) {
       return std::chrono::duration<double>(Clock::now() - from).count();
@@ -36,7 +36,7 @@ class Sharing : public testing::Test {
     const auto begin = Clock::now();
     auto last = begin;
     double longest_gap = 0;
-    for (int id = 1; elapsed(begin) < seconds; ++id) {
+    for (int id = 1; elapsed(begin) < watched_s; ++id) {
       client.sendText(viewMessage(id, fmt::format(R"("size":[64,48],"fov":{})", 20 + id % 50)));
       client.readFrame();
       longest_gap = std::max(longest_gap, elapsed(last));
