@@ -8,64 +8,47 @@
 namespace blockwalk {
 namespace {
 
+// Vulkan's exceptions end here.
+class GuardedFrame final : public FrameInProgress {
+ public:
+  GuardedFrame(const Device& device, std::unique_ptr<FrameInProgress> frame)
+      : device_(device), frame_(std::move(frame)) {}
+  bool advance() override {
+    return device_.calls().translate("a frame", [this] { return frame_->advance(); });
+  }
+  Frame finish() override { return frame_->finish(); }
+
+ private:
+  const Device& device_;
+  std::unique_ptr<FrameInProgress> frame_;
+};
+
 class VulkanRenderer final : public Renderer {
  public:
-  explicit VulkanRenderer(const DeviceOptions& options)
-      : device_(options), frames_(device_, options), chunk_bytes_(options.chunk_bytes) {
+  explicit VulkanRenderer(const DeviceOptions& options) : device_(options), frames_(device_, options) {
     if (!device_.rayQuery()) {
       device_.note(fmt::format("{}: no ray queries{}; the grid finder serves everything", device_.name(),
                                options.allow_ray_query ? "" : " (hidden)"));
     }
   }
 
-  // Vulkan's exceptions end here.
-  template <typename Work>
-  auto guarded(Work&& work) {
-    return device_.calls().translate("a frame", work);
-  }
-
   DeviceInfo device() const override { return device_.info(); }
 
-  std::unique_ptr<ResidentVolume> load(VolumeFile file) override {
-    return guarded([&] {
-      auto volume = std::make_unique<VulkanVolume>(device_, std::move(file), chunk_bytes_);
-      frames_.prepare(*volume, resolveView(View{}, volume->info()));
-      return volume;
-    });
-  }
+  std::unique_ptr<ResidentVolume> load(VolumeFile file) override { return frames_.load(std::move(file)); }
 
   std::unique_ptr<FrameInProgress> begin(ResidentVolume& volume, FrameOrder order) override {
-    return std::make_unique<WholeFrame>(*this, dynamic_cast<VulkanVolume&>(volume), std::move(order));
+    // Of what load() gave.
+    const auto& stored = static_cast<const VulkanVolume&>(volume);
+    return device_.calls().translate(
+        "a frame", [&] { return std::make_unique<GuardedFrame>(device_, frames_.begin(stored, std::move(order))); });
   }
 
+  std::vector<PartTotal> parts() const override { return frames_.residency().totals(); }
+  void forget(std::uint64_t owner) override { frames_.forget(owner); }
+
  private:
-  class WholeFrame final : public FrameInProgress {
-   public:
-    WholeFrame(VulkanRenderer& renderer, VulkanVolume& volume, FrameOrder order)
-        : renderer_(renderer), volume_(volume), order_(std::move(order)) {}
-
-    bool advance() override {
-      renderer_.guarded([&] {
-        if (order_.prepare_only) {
-          renderer_.frames_.prepare(volume_, order_.view);
-        } else {
-          frame_ = renderer_.frames_.render(volume_, order_);
-        }
-      });
-      return false;
-    }
-    Frame finish() override { return std::move(frame_); }
-
-   private:
-    VulkanRenderer& renderer_;
-    VulkanVolume& volume_;
-    FrameOrder order_;
-    Frame frame_;
-  };
-
   Device device_;
   FrameRenderer frames_;
-  std::uint64_t chunk_bytes_;
 };
 
 }  // namespace

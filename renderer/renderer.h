@@ -14,21 +14,13 @@
 #include "view/device_info.h"
 #include "view/frame.h"
 #include "view/frame_order.h"
+#include "view/resident_part.h"
 #include "volume/file/file.h"
 
 namespace blockwalk {
 
-// A piece of a volume on the device.
-struct ResidentPart {
-  std::string what;  // voxels, blocks, masks, cells, macrocells, empty, grid, octree, instances
-  int level = 0;
-  bool apron = false;  // of the level whose subblocks carry a ring (volume/file/apron.h)
-  static constexpr int kAllChannels = -1;
-  int channel = kAllChannels;  // of the volume
-  std::uint64_t bytes = 0;
-};
-
-// A volume on the device. Levels and acceleration structures become resident when a frame first needs them.
+// A volume that frames can be ordered of. Parts of it become resident when a frame needs them, and give way when memory
+// is short and no frame does.
 class ResidentVolume {
  public:
   virtual ~ResidentVolume() = default;
@@ -53,12 +45,15 @@ class Renderer {
  public:
   virtual ~Renderer() = default;
   virtual DeviceInfo device() const = 0;
-  // Takes the file; the level that a default view shows becomes resident now, so that errors in it show now.
-  // Throws DataError for the file, DeviceError for the device.
+  // Takes the file, and reads no more of it. What a first view needs becomes resident by an order that is
+  // `prepare_only`; errors in the file show then.
   virtual std::unique_ptr<ResidentVolume> load(VolumeFile file) = 0;
-  // Throws ViewError for the view, DataError for a broken file, DeviceError for the device.
+  // Of a volume that this renderer has loaded. Throws ViewError for the view, DataError for a broken file, DeviceError
+  // for the device: OutOfDeviceMemory where what the view needs does not fit beside what frames under way use.
   virtual std::unique_ptr<FrameInProgress> begin(ResidentVolume& volume, FrameOrder order) = 0;
 
+  // One of every kind of part.
+  virtual std::vector<PartTotal> parts() const { return {}; }
   // Whoever refined as this owner (SampleStep) does not any more.
   virtual void forget(std::uint64_t) {}
 

@@ -12,6 +12,7 @@
 #include "bench/experiments/record.h"
 #include "bench/experiments/scene_files.h"
 #include "renderer/plan/transfer_table.h"
+#include "shaders/kernel_interface.h"
 
 namespace blockwalk::bench {
 namespace {
@@ -99,13 +100,13 @@ void askForEverything(Renderer& renderer, ResidentVolume& volume) {
 }
 
 bool isNeeded(const ResidentPart& part, const Plan& plan) {
-  if (part.level != plan.level || part.apron != plan.needs_apron) return false;
+  if (part.level != plan.level || part.apron != plan.apron) return false;
   const auto isOf = [&](const ChannelPlan& drawn) { return part.channel == static_cast<int>(drawn.channel); };
   if (part.channel != ResidentPart::kAllChannels && std::ranges::none_of(plan.channels, isOf)) return false;
-  if (part.what == "masks") return plan.needs_masks;
-  if (part.what == "cells") return plan.needs_cells;
-  if (part.what == "grid") return plan.needs_grid;
-  if (part.what == "instances") return plan.needs_instances;
+  if (part.what == "masks") return plan.asksFor(Part::masks);
+  if (part.what == "cells") return plan.asksFor(Part::visible_cells);
+  if (part.what == "grid") return plan.asksFor(Part::grid);
+  if (part.what == "instances") return plan.asksFor(Part::instances);
   return true;
 }
 
@@ -120,14 +121,16 @@ json residency(const ResidentVolume& volume, const ResolvedView& view, const Pla
       left_out[part.level != plan.level ? "other levels" : what] += part.bytes;
     }
   }
-  std::uint64_t entries = plan.needs_table ? 0 : kTableEntries;
-  for (const ChannelPlan& drawn : plan.channels) {
-    if (plan.needs_table) entries += bakeTransfer(view, volume.info(), plan, drawn).entries.size();
+  std::uint64_t entries = plan.asksFor(Part::table) ? 0 : kTableEntries;
+  for (const Need& need : plan.needs) {
+    if (need.part != Part::table) continue;
+    entries += bakeTransfer(need.table, volume.info(), static_cast<std::size_t>(need.channel)).entries.size();
   }
   const std::uint64_t sum = sizeof(glm::vec4);
   const auto pixels = static_cast<std::uint64_t>(view.width) * static_cast<std::uint64_t>(view.height);
-  (plan.needs_table ? needed : left_out)["table"] = entries * sizeof(std::uint64_t);
-  (plan.needs_integrals ? needed : left_out)["integrals"] = plan.channels.size() * 2 * kTableEntries * sum;
+  (plan.asksFor(Part::table) ? needed : left_out)["table"] = entries * sizeof(std::uint64_t);
+  (plan.key.classification == gpu::kClassificationPreIntegrated ? needed : left_out)["integrals"] =
+      plan.channels.size() * 2 * kTableEntries * sum;
   (plan.key.antialias != 0 ? needed : left_out)["sums"] = pixels * sum;
   return {{"resident", needed}, {"left_out", left_out}};
 }

@@ -3,8 +3,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <limits>
+#include <optional>
 
 #include "renderer/find/clusters.h"
+#include "renderer/resident/at_once.h"
 
 namespace blockwalk {
 namespace {
@@ -47,179 +50,225 @@ glm::ivec3 macrocellDims(glm::ivec3 level_dims, int cell_voxels) {
   return (level_dims + (cell_voxels - 1)) / cell_voxels;
 }
 
-const ActiveRegion& ActiveRegions::clusters(VulkanVolume& volume, ResidentLevel& level, RegionKey key) {
-  return rebuilt(clusters_, volume, level, std::move(key), &ActiveRegions::mergeBoxes);
+// Ranges do not change: once a level, cell size and channel.
+std::unique_ptr<Making> ActiveRegions::makeMacrocells(const StoredVolume& volume, const Need& need,
+                                                      std::shared_ptr<const ResidentBlocks> blocks,
+                                                      std::shared_ptr<const ResidentMasks> masks,
+                                                      std::shared_ptr<const ResidentGrid> grid) {
+  return makeAtOnce(
+      [this, file = volume.file, need, blocks = std::move(blocks), masks = std::move(masks), grid = std::move(grid)] {
+        const VolumeInfo& info = file->info();
+        const glm::ivec3 dims = macrocellDims(info.level(need.level, need.form).dims, need.cell_voxels);
+        const Buffer counter(device_, sizeof(std::uint32_t), BufferUse::readback);
+        auto made = std::make_unique<ResidentMacrocells>();
+        made->ranges = Buffer(device_, cellCount(dims) * sizeof(gpu::GpuSubblock), BufferUse::resident);
+        const gpu::MacrocellPush push{.blocks = blocks->records.address(),
+                                      .subblocks = masks->records.address(),
+                                      .grid_tiles = grid->tiles.address(),
+                                      .grid_cells = grid->cells.address(),
+                                      .ranges = made->ranges.address(),
+                                      .occupied = counter.address(),
+                                      .tile_dims = grid->tile_dims,
+                                      .cell_dims = dims,
+                                      .cell_voxels = need.cell_voxels,
+                                      .subblock_side = info.subblock_side,
+                                      .block_side = info.block_side};
+        counter.mappedAs<std::uint32_t>()[0] = 0;
+        device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
+          kernels_.dispatch(commands, RegionKernel::macrocells, push, dims);
+          makeVisible(commands);
+        });
+        made->occupied = counter.mappedAs<std::uint32_t>()[0];
+        return made;
+      });
 }
 
-const ActiveRegion& ActiveRegions::boundary(VulkanVolume& volume, ResidentLevel& level, RegionKey key) {
-  return rebuilt(boundary_, volume, level, std::move(key), &ActiveRegions::extractBoundary);
-}
-
-void ActiveRegions::forget() {
-  clusters_.key = {};
-  boundary_.key = {};
-}
-
-const ActiveRegion& ActiveRegions::rebuilt(ActiveRegion& region, VulkanVolume& volume, ResidentLevel& level,
-                                           RegionKey key, Build build) {
-  region.build.rebuilt = region.key != key;
-  if (!region.build.rebuilt) return region;
-  region.key = {};  // until all of it is there: memory may run out below
-  makeMacrocells(volume, level, key);
-  region.cell_dims = macrocellDims(level.records.info.dims, key.cell_voxels);
-  region.top = {};
-  region.bottom = {};
-  region.build = {.rebuilt = true, .cell_voxels = key.cell_voxels, .cells = cellCount(region.cell_dims)};
-  ActiveRegion next = std::move(region);
-  next.key = std::move(key);
-  next.build.total_ms = timed([&] {
-    next.build.tf_ms = timed([&] { classify(next, level); });
-    if (next.build.active_cells > 0) {
-      (this->*build)(next);
-    } else {
-      next.bottom = buildUnitBox(device_);
-      next.top = buildOneInstance(device_, next.bottom, 0);
-    }
-  });
-  region = std::move(next);
-  return region;
-}
-
-// Once a level, cell size and channel: ranges do not change.
-void ActiveRegions::makeMacrocells(VulkanVolume& volume, ResidentLevel& level, const RegionKey& key) {
-  const glm::ivec3 dims = macrocellDims(level.records.info.dims, key.cell_voxels);
-  const GridBuffers& grid = volume.grid(level);
-  reserve(device_, counter_, sizeof(std::uint32_t), BufferUse::readback);
-  for (const RegionChannel& drawn : key.channels) {
-    ResidentChannel& channel = *level.channels[drawn.channel];
-    if (channel.macrocells.contains(key.cell_voxels)) continue;
-    Buffer ranges(device_, cellCount(dims) * sizeof(gpu::GpuSubblock), BufferUse::resident);
-    const gpu::MacrocellPush push{.blocks = channel.blocks.address(),
-                                  .subblocks = volume.masks(channel).address(),
-                                  .grid_tiles = grid.tiles.address(),
-                                  .grid_cells = grid.cells.address(),
-                                  .ranges = ranges.address(),
-                                  .occupied = counter_.address(),
-                                  .tile_dims = grid.tile_dims,
-                                  .cell_dims = dims,
-                                  .cell_voxels = key.cell_voxels,
-                                  .subblock_side = volume.info().subblock_side,
-                                  .block_side = volume.info().block_side};
-    counter_.mappedAs<std::uint32_t>()[0] = 0;
-    device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-      kernels_.dispatch(commands, RegionKernel::macrocells, push, dims);
-      makeVisible(commands);
-    });
-    const std::uint32_t occupied = counter_.mappedAs<std::uint32_t>()[0];
-    channel.macrocells.emplace(key.cell_voxels, Macrocells{.ranges = std::move(ranges), .occupied = occupied});
+// Classifies; merges on a thread of the host's, or writes faces; builds: a piece each.
+class ActiveRegions::RegionMaking final : public Making {
+ public:
+  RegionMaking(ActiveRegions& regions, glm::ivec3 level_dims, const Need& need,
+               std::vector<std::shared_ptr<const ResidentMacrocells>> macrocells)
+      : regions_(regions),
+        device_(regions.device_),
+        need_(need),
+        macrocells_(std::move(macrocells)),
+        scratch_(std::exchange(regions.spare_, {})),
+        made_(std::make_unique<ResidentRegion>()) {
+    made_->cell_dims = macrocellDims(level_dims, need.cell_voxels);
+    made_->build = {.cell_voxels = need.cell_voxels, .cells = cellCount(made_->cell_dims)};
+    for (const auto& of_channel : macrocells_) occupied_ += of_channel->occupied;
   }
+  ~RegionMaking() override { regions_.spare_ = std::move(scratch_); }
+  RegionMaking(const RegionMaking&) = delete;
+  RegionMaking& operator=(const RegionMaking&) = delete;
+
+  std::unique_ptr<Resident> advance() override {
+    FinderBuild& build = made_->build;
+    if (!is_classified_) {
+      build.tf_ms = timed([&] { classify(); });
+      is_classified_ = true;
+      return nullptr;
+    }
+    if (build.active_cells == 0) {
+      made_->bottom = buildUnitBox(device_);
+      made_->top = buildOneInstance(device_, made_->bottom, 0);
+    } else if (!(need_.part == Part::clusters ? mergeBoxes() : extractBoundary())) {
+      return nullptr;
+    }
+    build.total_ms = build.tf_ms + build.tris_ms + build.bvh_ms;
+    return std::move(made_);
+  }
+  std::uint64_t bytes() const override { return made_ != nullptr ? made_->bytes() : 0; }
+
+ private:
+  struct Merged {
+    std::vector<CellBox> boxes;
+    double ms = 0;
+  };
+
+  void classify();
+  bool mergeBoxes();
+  bool extractBoundary();
+  std::uint32_t writeFaces();
+  std::uint64_t commonBytes() const {
+    return made_->states.bytes() + made_->bottom.storage.bytes() + made_->top.storage.bytes();
+  }
+
+  ActiveRegions& regions_;
+  Device& device_;
+  Need need_;
+  std::vector<std::shared_ptr<const ResidentMacrocells>> macrocells_;
+  std::uint64_t occupied_ = 0;  // at most so many cells can be active
+  Scratch scratch_;
+  std::unique_ptr<ResidentRegion> made_;
+  bool is_classified_ = false;
+  std::optional<HostWork<Merged>> merging_;
+  std::optional<std::uint32_t> faces_;
+};
+
+std::unique_ptr<Making> ActiveRegions::makeRegion(const StoredVolume& volume, const Need& need,
+                                                  std::vector<std::shared_ptr<const ResidentMacrocells>> macrocells) {
+  const glm::ivec3 dims = volume.file->info().level(need.level, need.form).dims;
+  return std::make_unique<RegionMaking>(*this, dims, need, std::move(macrocells));
 }
 
-void ActiveRegions::classify(ActiveRegion& region, const ResidentLevel& level) {
-  const RegionKey& key = region.key;
-  const std::uint64_t cells = cellCount(region.cell_dims);
-  reserve(device_, classified_, cells, BufferUse::readback);
-  reserve(device_, region.states, (cells + 3) / 4 * 4, BufferUse::resident);  // the render kernel reads words
-  region.occupied = 0;
+void ActiveRegions::RegionMaking::classify() {
+  const std::uint64_t cells = cellCount(made_->cell_dims);
+  reserve(device_, scratch_.classified, cells, BufferUse::readback);
+  reserve(device_, scratch_.counter, sizeof(std::uint32_t), BufferUse::readback);
+  made_->states = Buffer(device_, (cells + 3) / 4 * 4, BufferUse::resident);  // the render kernel reads words
   std::vector<glm::vec2> intervals;
-  for (const RegionChannel& drawn : key.channels) {
+  for (const RegionChannel& drawn : need_.region) {
     for (const StoredRange& range : drawn.densities) intervals.emplace_back(range.lo, range.hi);
   }
   const Buffer visible = uploadVector(device_, intervals);
   gpu::ClassifyPush push{};
   std::uint64_t next = visible.address();
-  for (std::size_t i = 0; i < key.channels.size(); ++i) {
-    const RegionChannel& drawn = key.channels[i];
-    push.channels[i] = {.ranges = level.channels[drawn.channel]->macrocells.at(key.cell_voxels).ranges.address(),
+  for (std::size_t i = 0; i < need_.region.size(); ++i) {
+    const RegionChannel& drawn = need_.region[i];
+    push.channels[i] = {.ranges = macrocells_[i]->ranges.address(),
                         .intervals = next,
                         .interval_count = static_cast<gpu::uint>(drawn.densities.size()),
                         .range_mask = drawn.range_mask};
     next += drawn.densities.size() * sizeof(glm::vec2);
-    region.occupied += level.channels[drawn.channel]->macrocells.at(key.cell_voxels).occupied;
   }
-  push.states = classified_.address();
+  push.states = scratch_.classified.address();
   push.cell_count = static_cast<gpu::uint>(cells);
-  push.channel_count = static_cast<gpu::uint>(key.channels.size());
-  const gpu::SurroundPush surround{.states = classified_.address(),
-                                   .surrounded = region.states.address(),
-                                   .active_count = counter_.address(),
-                                   .cell_dims = region.cell_dims};
-  counter_.mappedAs<std::uint32_t>()[0] = 0;
+  push.channel_count = static_cast<gpu::uint>(need_.region.size());
+  const gpu::SurroundPush surround{.states = scratch_.classified.address(),
+                                   .surrounded = made_->states.address(),
+                                   .active_count = scratch_.counter.address(),
+                                   .cell_dims = made_->cell_dims};
+  scratch_.counter.mappedAs<std::uint32_t>()[0] = 0;
   device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-    kernels_.dispatch(commands, RegionKernel::classify, push, region.cell_dims);
+    regions_.kernels_.dispatch(commands, RegionKernel::classify, push, made_->cell_dims);
     makeVisible(commands);
-    kernels_.dispatch(commands, RegionKernel::surround, surround, region.cell_dims);
+    regions_.kernels_.dispatch(commands, RegionKernel::surround, surround, made_->cell_dims);
     makeVisible(commands);
   });
-  region.build.active_cells = counter_.mappedAs<std::uint32_t>()[0];
+  made_->build.active_cells = scratch_.counter.mappedAs<std::uint32_t>()[0];
 }
 
-void ActiveRegions::mergeBoxes(ActiveRegion& region) {
-  std::vector<glm::vec3> corners;
-  region.build.tris_ms = timed([&] {
-    const auto states = classified_.mappedAs<std::uint8_t>().first(cellCount(region.cell_dims));
-    const auto side = static_cast<float>(region.key.cell_voxels);
-    for (const CellBox& box : mergeCells({states.begin(), states.end()}, region.cell_dims)) {
-      corners.push_back(side * glm::vec3(box.lo));
-      corners.push_back(side * glm::vec3(box.hi));
-    }
-  });
-  region.build.primitives = corners.size() / 2;
-  region.build.bvh_ms = timed([&] {
-    region.boxes = uploadVector(device_, corners);
-    const Buffer enlarged(device_, corners.size() / 2 * sizeof(VkAabbPositionsKHR), BufferUse::instances);
+// True once they are built.
+bool ActiveRegions::RegionMaking::mergeBoxes() {
+  if (!merging_) {
+    const auto states = scratch_.classified.mappedAs<std::uint8_t>().first(cellCount(made_->cell_dims));
+    merging_.emplace([states = std::vector<std::uint8_t>(states.begin(), states.end()), dims = made_->cell_dims] {
+      Merged merged;
+      merged.ms = timed([&] { merged.boxes = mergeCells(states, dims); });
+      return merged;
+    });
+  }
+  if (!merging_->isReady()) return false;
+  const Merged merged = merging_->take();
+  FinderBuild& build = made_->build;
+  build.tris_ms = merged.ms;
+  build.primitives = merged.boxes.size();
+  build.bvh_ms = timed([&] {
+    const auto side = static_cast<float>(need_.cell_voxels);
+    const glm::vec3 slack(kSlackShare * side);
+    std::vector<glm::vec3> corners;
+    const Buffer enlarged(device_, merged.boxes.size() * sizeof(VkAabbPositionsKHR), BufferUse::instances);
     const auto boxes = enlarged.mappedAs<VkAabbPositionsKHR>();
-    const glm::vec3 slack(kSlackShare * static_cast<float>(region.key.cell_voxels));
-    for (std::size_t i = 0; i < region.build.primitives; ++i) {
+    for (std::size_t i = 0; i < merged.boxes.size(); ++i) {
+      corners.push_back(side * glm::vec3(merged.boxes[i].lo));
+      corners.push_back(side * glm::vec3(merged.boxes[i].hi));
       const glm::vec3 lo = corners[2 * i] - slack;
       const glm::vec3 hi = corners[2 * i + 1] + slack;
       boxes[i] = {.minX = lo.x, .minY = lo.y, .minZ = lo.z, .maxX = hi.x, .maxY = hi.y, .maxZ = hi.z};
     }
-    region.bottom = buildBoxes(device_, enlarged, static_cast<std::uint32_t>(region.build.primitives));
-    region.top = buildOneInstance(device_, region.bottom);
+    made_->boxes = uploadVector(device_, corners);
+    made_->bottom = buildBoxes(device_, enlarged, static_cast<std::uint32_t>(build.primitives));
+    made_->top = buildOneInstance(device_, made_->bottom);
   });
-  region.build.bytes =
-      region.states.bytes() + region.boxes.bytes() + region.bottom.storage.bytes() + region.top.storage.bytes();
+  build.bytes = commonBytes() + made_->boxes.bytes();
+  return true;
 }
 
 // Returns how many there are, of which those that there was room for are written.
-std::uint32_t ActiveRegions::writeFaces(const ActiveRegion& region) {
-  const auto side = static_cast<float>(region.key.cell_voxels);
-  const gpu::BoundaryPush push{.states = classified_.address(),
-                               .vertices = vertices_.address(),
-                               .face_count = counter_.address(),
-                               .capacity = static_cast<gpu::uint>(vertices_.bytes() / kFaceBytes),
-                               .cell_dims = region.cell_dims,
+std::uint32_t ActiveRegions::RegionMaking::writeFaces() {
+  const auto side = static_cast<float>(need_.cell_voxels);
+  const glm::ivec3 dims = made_->cell_dims;
+  const gpu::BoundaryPush push{.states = scratch_.classified.address(),
+                               .vertices = scratch_.vertices.address(),
+                               .face_count = scratch_.counter.address(),
+                               .capacity = static_cast<gpu::uint>(scratch_.vertices.bytes() / kFaceBytes),
+                               .cell_dims = dims,
                                .cell_voxels = side,
                                .slack = kSlackShare * side};
-  counter_.mappedAs<std::uint32_t>()[0] = 0;
+  scratch_.counter.mappedAs<std::uint32_t>()[0] = 0;
+  RegionKernels& kernels = regions_.kernels_;
   device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-    kernels_.dispatch(commands, RegionKernel::faces_x, push, region.cell_dims + glm::ivec3(1, 0, 0));
-    kernels_.dispatch(commands, RegionKernel::faces_y, push, region.cell_dims + glm::ivec3(0, 1, 0));
-    kernels_.dispatch(commands, RegionKernel::faces_z, push, region.cell_dims + glm::ivec3(0, 0, 1));
+    kernels.dispatch(commands, RegionKernel::faces_x, push, dims + glm::ivec3(1, 0, 0));
+    kernels.dispatch(commands, RegionKernel::faces_y, push, dims + glm::ivec3(0, 1, 0));
+    kernels.dispatch(commands, RegionKernel::faces_z, push, dims + glm::ivec3(0, 0, 1));
     makeVisible(commands);
   });
-  return counter_.mappedAs<std::uint32_t>()[0];
+  return scratch_.counter.mappedAs<std::uint32_t>()[0];
 }
 
-void ActiveRegions::extractBoundary(ActiveRegion& region) {
-  std::uint32_t faces = 0;
-  region.build.tris_ms = timed([&] {
-    const std::uint64_t most = 6 * region.occupied;
-    reserve(device_, vertices_, std::min(most * kFaceBytes, kPreallocatedBytes), BufferUse::geometry);
-    faces = writeFaces(region);
-    if (faces * kFaceBytes > vertices_.bytes()) {
-      vertices_ = Buffer(device_, faces * kFaceBytes, BufferUse::geometry);
-      faces = writeFaces(region);
-    }
+// True once they are built.
+bool ActiveRegions::RegionMaking::extractBoundary() {
+  FinderBuild& build = made_->build;
+  if (!faces_) {
+    build.tris_ms = timed([&] {
+      const std::uint64_t most = 6 * occupied_;
+      reserve(device_, scratch_.vertices, std::min(most * kFaceBytes, kPreallocatedBytes), BufferUse::geometry);
+      faces_ = writeFaces();
+      if (*faces_ * kFaceBytes > scratch_.vertices.bytes()) {
+        scratch_.vertices = Buffer(device_, *faces_ * kFaceBytes, BufferUse::geometry);
+        faces_ = writeFaces();
+      }
+    });
+    return false;
+  }
+  build.primitives = std::uint64_t{2} * *faces_;
+  build.bvh_ms = timed([&] {
+    made_->bottom = buildTriangles(device_, scratch_.vertices, 2 * *faces_);
+    made_->top = buildOneInstance(device_, made_->bottom);
   });
-  region.build.primitives = 2 * faces;
-  region.build.bvh_ms = timed([&] {
-    region.bottom = buildTriangles(device_, vertices_, 2 * faces);
-    region.top = buildOneInstance(device_, region.bottom);
-  });
-  region.build.bytes =
-      region.states.bytes() + vertices_.bytes() + region.bottom.storage.bytes() + region.top.storage.bytes();
+  build.bytes = commonBytes() + scratch_.vertices.bytes();
+  return true;
 }
 
 }  // namespace blockwalk

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/find/block_grid.h"
 
+#include "renderer/plan/frame_params.h"
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
@@ -13,10 +14,6 @@ std::size_t cellIndex(glm::ivec3 cell, glm::ivec3 dims) {
 }
 
 }  // namespace
-
-glm::ivec3 blockDims(glm::ivec3 level_dims, int block_voxels) {
-  return (level_dims + (block_voxels - 1)) / block_voxels;
-}
 
 BlockGrid buildBlockGrid(const Level& level, int block_voxels) {
   constexpr int kSide = gpu::kGridTileSide;

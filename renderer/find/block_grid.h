@@ -14,9 +14,6 @@ struct BlockGrid {
   std::vector<std::uint32_t> cells;  // 512 a stored tile, x fastest: block index, or kNoBlock
 };
 
-// Blocks of the level's box: ceil(dims / block voxels) an axis.
-glm::ivec3 blockDims(glm::ivec3 level_dims, int block_voxels);
-
 BlockGrid buildBlockGrid(const Level& level, int block_voxels);
 
 }  // namespace blockwalk

@@ -1,8 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/find/octree.h"
 
-#include <algorithm>
+#include <fmt/format.h>
 
+#include <algorithm>
+#include <span>
+
+#include "view/view.h"
 #include "volume/error.h"
 
 namespace blockwalk {
@@ -15,7 +19,7 @@ struct CodedLeaf {
 
 class Builder {
  public:
-  explicit Builder(Octree& octree) : octree_(octree) {}
+  Builder(Octree& octree, std::size_t most_nodes) : octree_(octree), most_nodes_(most_nodes) {}
 
   // Fills a node of side 2^height leaves that holds these leaves, ascending, at least one; returns its mask.
   std::uint32_t fill(std::size_t node, std::span<const CodedLeaf> leaves, int height) {
@@ -26,7 +30,12 @@ class Builder {
       return octree_.nodes[node].mask;
     }
     const std::size_t children = octree_.nodes.size();
-    BLOCKWALK_CHECK(children, <, gpu::kNone - 8);
+    if (children + 8 > most_nodes_) {
+      throw ViewError("finder",
+                      fmt::format("octree: the level needs more than {} nodes; use a coarser level or another "
+                                  "finder",
+                                  most_nodes_));
+    }
     octree_.nodes.resize(children + 8);
     const int shift = 3 * (height - 1);
     while (!leaves.empty()) {
@@ -43,11 +52,12 @@ class Builder {
 
  private:
   Octree& octree_;
+  std::size_t most_nodes_;
 };
 
 }  // namespace
 
-Octree buildOctree(std::vector<OctreeLeaf> leaves) {
+Octree buildOctree(std::vector<OctreeLeaf> leaves, std::size_t most_nodes) {
   Octree octree;
   octree.nodes.resize(1);
   std::vector<CodedLeaf> coded;
@@ -61,7 +71,7 @@ Octree buildOctree(std::vector<OctreeLeaf> leaves) {
     octree.nodes.resize(9);
     octree.nodes[0].first = 1;
   } else {
-    Builder(octree).fill(0, coded, octree.depth);
+    Builder(octree, most_nodes).fill(0, coded, octree.depth);
   }
   return octree;
 }
@@ -76,8 +86,7 @@ std::vector<OctreeLeaf> blockLeaves(const Level& level) {
   return leaves;
 }
 
-std::vector<OctreeLeaf> subblockLeaves(const Level& level, std::span<const std::uint8_t> subblock_masks,
-                                       int block_side) {
+std::vector<OctreeLeaf> subblockLeaves(const Level& level, int block_side) {
   std::vector<OctreeLeaf> leaves;
   for (std::size_t i = 0; i < level.blocks.size(); ++i) {
     const Block& block = level.blocks[i];
@@ -87,7 +96,7 @@ std::vector<OctreeLeaf> subblockLeaves(const Level& level, std::span<const std::
       const glm::ivec3 place(local % block_side, local / block_side % block_side, local / (block_side * block_side));
       leaves.push_back({.position = block.origin * block_side + place,
                         .block = static_cast<std::uint32_t>(i),
-                        .range_mask = subblock_masks[block.first_subblock + rank++]});
+                        .range_mask = level.subblocks[block.first_subblock + rank++].range_mask});
     }
   }
   return leaves;

@@ -2,7 +2,6 @@
 // The octree finder's node array (Lukic 2017): 8 bytes a node, the root first, the eight children of a node in one run.
 #pragma once
 
-#include <span>
 #include <vector>
 
 #include "shaders/kernel_interface.h"
@@ -22,12 +21,13 @@ struct OctreeLeaf {
   std::uint8_t range_mask = 0;
 };
 
-// What is no leaf has nodes only as the empty siblings of what is. No two leaves may have one position.
-Octree buildOctree(std::vector<OctreeLeaf> leaves);
+// What is no leaf has nodes only as the empty siblings of what is. No two leaves may have one position. Throws
+// ViewError where there are more nodes than `most_nodes`, or than an index can count.
+constexpr std::size_t kMaxOctreeNodes = gpu::kNone - 8;
+Octree buildOctree(std::vector<OctreeLeaf> leaves, std::size_t most_nodes = kMaxOctreeNodes);
 
-// The leaves of a level: its blocks; or its stored subblocks, whose range masks are those of `subblock_masks`.
+// The leaves of a level: its blocks; or its stored subblocks.
 std::vector<OctreeLeaf> blockLeaves(const Level& level);
-std::vector<OctreeLeaf> subblockLeaves(const Level& level, std::span<const std::uint8_t> subblock_masks,
-                                       int block_side);
+std::vector<OctreeLeaf> subblockLeaves(const Level& level, int block_side);
 
 }  // namespace blockwalk

@@ -7,7 +7,8 @@
 #include <cstddef>
 #include <span>
 
-#include "renderer/plan/plan.h"
+#include "renderer/plan/need.h"
+#include "volume/volume.h"
 
 namespace blockwalk {
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/find/block_grid.h"
 #include "renderer/plan/density_scale.h"
 
 namespace blockwalk {
@@ -90,6 +89,10 @@ void setLight(const Camera& camera, const glm::dmat3& linear, gpu::FrameParams& 
 }
 
 }  // namespace
+
+glm::ivec3 blockDims(glm::ivec3 level_dims, int block_voxels) {
+  return (level_dims + (block_voxels - 1)) / block_voxels;
+}
 
 double anchorDepth(const Camera& camera, const WorldBox& box) {
   const glm::dvec3 center = 0.5 * (box.min + box.max);

@@ -9,7 +9,9 @@
 #include <iterator>
 #include <limits>
 
+#include "renderer/plan/density_scale.h"
 #include "renderer/plan/transfer_table.h"
+#include "renderer/plan/visible_densities.h"
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
@@ -54,8 +56,33 @@ void refuseWhatIsNotDefined(const ResolvedView& view, const VolumeInfo& info) {
   if (!isScalar(info)) throw ViewError("classification", "pre-integrated: needs a scalar volume, this one is rgba8");
 }
 
-Finder chooseFinder(const ResolvedView& view, const LevelInfo& level, const DeviceTraits& device) {
-  const std::uint64_t blocks = level.block_count;
+// A DDA counts tiles and macrocells in a float.
+constexpr std::uint64_t kMaxCells = std::uint64_t{1} << 24;
+
+// Cells of some voxels in a level's box.
+std::uint64_t cellCount(const VolumeInfo& info, int level, int cell_voxels) {
+  const glm::ivec3 dims = info.levels[static_cast<std::size_t>(level)].dims;
+  std::uint64_t cells = 1;
+  for (int axis = 0; axis < 3; ++axis) {
+    cells *= static_cast<std::uint64_t>((dims[axis] + cell_voxels - 1) / cell_voxels);
+  }
+  return cells;
+}
+
+std::uint64_t tileCount(const VolumeInfo& info, int level) {
+  return cellCount(info, level, gpu::kGridTileSide * info.blockVoxels());
+}
+
+void refuseTooManyTiles(Finder finder, const VolumeInfo& info, int level) {
+  if (canUse(finder, info, level)) return;
+  throw ViewError("finder",
+                  fmt::format("{}: level {} has {} tiles of {}^3 blocks, at most {} may be; use octree, or a "
+                              "coarser level",
+                              finderName(finder), level, tileCount(info, level), gpu::kGridTileSide, kMaxCells));
+}
+
+Finder chooseFinder(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const DeviceTraits& device) {
+  const std::uint64_t blocks = info.level(plan.level, plan.form).block_count;
   const bool can_query = device.ray_query && blocks <= device.max_instances;
   const bool asks_rays =
       view.finder == Finder::query || view.finder == Finder::clusters || view.finder == Finder::boundary;
@@ -69,14 +96,13 @@ Finder chooseFinder(const ResolvedView& view, const LevelInfo& level, const Devi
                               device.max_instances));
   }
   if (view.finder != Finder::automatic) return view.finder;
-  if (!can_query) return Finder::grid;
-  if (device.fastest != Finder::automatic) return device.fastest;
+  // Where so few blocks lie so far apart that their tiles are too many, the octree has no trouble.
+  const Finder without_rays = canUse(Finder::grid, info, plan.level) ? Finder::grid : Finder::octree;
+  if (!can_query) return without_rays;
+  if (device.fastest != Finder::automatic) return device.fastest == Finder::grid ? without_rays : device.fastest;
   // A software ray query costs about a microsecond, a grid step nanoseconds; with ray-tracing hardware it is reversed.
-  return device.software ? Finder::grid : Finder::query;
+  return device.software ? without_rays : Finder::query;
 }
-
-// A DDA counts them in a float.
-constexpr std::uint64_t kMaxMacrocells = std::uint64_t{1} << 24;
 
 // A macrocell is never a part of a subblock, whose range is all that is known of it. Where blocks are counted it is a
 // block: else one would count as often as the ray enters something active in it.
@@ -89,16 +115,12 @@ int chooseMacrocell(const ResolvedView& view, const VolumeInfo& info) {
 }
 
 void refuseTooManyCells(Finder finder, const VolumeInfo& info, const Plan& plan) {
-  const glm::ivec3 dims = info.levels[static_cast<std::size_t>(plan.level)].dims;
-  std::uint64_t cells = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    cells *= static_cast<std::uint64_t>((dims[axis] + plan.cell_voxels - 1) / plan.cell_voxels);
-  }
-  if (cells <= kMaxMacrocells) return;
+  const std::uint64_t cells = cellCount(info, plan.level, plan.cell_voxels);
+  if (cells <= kMaxCells) return;
   throw ViewError("finder",
                   fmt::format("{}: the level has {} macrocells of {} voxels, at most {} may be; use larger ones "
                               "(macrocell), a coarser level, or another finder",
-                              finderName(finder), cells, plan.cell_voxels, kMaxMacrocells));
+                              finderName(finder), cells, plan.cell_voxels, kMaxCells));
 }
 
 std::uint32_t kernelOutput(Output output) {
@@ -189,6 +211,78 @@ bool isHollow(const VolumeInfo& info, bool nearest_blend) {
   return static_cast<double>(info.channels[0].nonempty_voxels) < share * stored;
 }
 
+TableRecipe tableRecipe(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn) {
+  return {.range = drawn.range,
+          .transfer = view.channels[drawn.channel].transfer,
+          .shape = view.transfer_shape,
+          .exact = info.type != VoxelType::f32 && view.filter == Filter::nearest && looksAtOpacity(view),
+          // Averages and interpolations with empty voxels lie below level 0's smallest density.
+          .mixes_empties = plan.level > 0 || view.filter == Filter::linear,
+          .integrals = view.classification == Classification::pre_integrated};
+}
+
+// Of one channel: voxels and what is kept of them, and its table.
+void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn,
+                     std::vector<Need>& needs) {
+  const auto finder = static_cast<Finder>(plan.key.finder);
+  const auto channel = static_cast<int>(drawn.channel);
+  const auto add = [&](Part part) -> Need& {
+    return needs.emplace_back(
+        Need{.part = part, .level = plan.level, .form = plan.form, .apron = plan.apron, .channel = channel});
+  };
+  const bool blocks = view.mode == Mode::blocks;
+  const bool culls = plan.key.cull != 0 && !blocks;
+  add(Part::voxels);
+  add(Part::blocks);
+  if (culls || plan.cell_voxels > 0) add(Part::masks);
+  if (culls) add(Part::visible_cells).range = onDevice(drawn.range, info, drawn.channel);
+  if (finder == Finder::none) add(Part::empty) = {.part = Part::empty, .apron = plan.apron, .channel = channel};
+  if (isScalar(info) && !blocks) {
+    needs.push_back({.part = Part::table, .channel = channel, .table = tableRecipe(view, info, plan, drawn)});
+  }
+}
+
+// The active macrocells, and what they are found with.
+void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, std::vector<Need>& needs) {
+  Need region{.part = plan.key.finder == gpu::kFinderClusters ? Part::clusters : Part::boundary,
+              .level = plan.level,
+              .form = plan.form,
+              .apron = plan.apron,
+              .cell_voxels = plan.cell_voxels};
+  for (const ChannelPlan& drawn : plan.channels) {
+    const auto channel = static_cast<int>(drawn.channel);
+    const float scale = isScalar(info) && view.mode != Mode::blocks
+                            ? tableSpan(tableRecipe(view, info, plan, drawn), info, drawn.channel).scale
+                            : 1;
+    region.region.push_back(
+        {.channel = channel, .range_mask = drawn.range_mask, .densities = visibleDensities(view, info, drawn, scale)});
+    needs.push_back({.part = Part::macrocells,
+                     .level = plan.level,
+                     .form = plan.form,
+                     .apron = plan.apron,
+                     .channel = channel,
+                     .cell_voxels = plan.cell_voxels});
+  }
+  needs.push_back(std::move(region));
+}
+
+std::vector<Need> needsOf(const ResolvedView& view, const VolumeInfo& info, const Plan& plan) {
+  std::vector<Need> needs;
+  for (const ChannelPlan& drawn : plan.channels) addChannelNeeds(view, info, plan, drawn, needs);
+  const auto finder = static_cast<Finder>(plan.key.finder);
+  const Need of_level{.level = plan.level, .form = plan.form, .apron = plan.apron};
+  const auto add = [&](Part part) -> Need& {
+    needs.push_back(of_level);
+    needs.back().part = part;
+    return needs.back();
+  };
+  if (finder == Finder::grid || finder == Finder::none || plan.cell_voxels > 0) add(Part::grid);
+  if (finder == Finder::octree) add(Part::octree).of_blocks = view.mode == Mode::blocks;
+  if (finder == Finder::query) add(Part::instances);
+  if (plan.cell_voxels > 0) addRegionNeeds(view, info, plan, needs);
+  return needs;
+}
+
 }  // namespace
 
 std::string_view finderName(Finder finder) {
@@ -269,24 +363,17 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   plan.is_blank = plan.channels.empty() || level.block_count == 0;
   plan.planes = cuttingPlanes(view, info);
   const bool open = isOpen(plan.channels, info);
-  const Finder finder = chooseFinder(view, level, device);
-  plan.needs_clusters = finder == Finder::clusters;
-  plan.needs_boundary = finder == Finder::boundary;
-  if (plan.needsRegion()) {
+  const Finder finder = chooseFinder(view, info, plan, device);
+  refuseTooManyTiles(finder, info, plan.level);
+  if (finder == Finder::clusters || finder == Finder::boundary) {
     plan.cell_voxels = chooseMacrocell(view, info);
     refuseTooManyCells(finder, info, plan);
   }
-  plan.needs_grid = finder == Finder::grid || finder == Finder::none || plan.needsRegion();
-  plan.needs_instances = finder == Finder::query;
-  plan.needs_octree = finder == Finder::octree;
-  plan.needs_empty = finder == Finder::none;
   const bool blocks = view.mode == Mode::blocks;
   const bool colored = isPicture(view.output);
   const bool lit = view.lit && colored && (looksAtOpacity(view) || view.mode == Mode::iso);
   const bool linear = view.filter == Filter::linear && !blocks;
-  plan.needs_apron = linear || lit;
-  plan.needs_integrals = view.classification == Classification::pre_integrated;
-  plan.needs_table = isScalar(info) && !blocks;
+  plan.apron = linear || lit;
 
   KernelKey& key = plan.key;
   key.voxel_type = static_cast<std::uint32_t>(info.type);
@@ -299,8 +386,6 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   const bool hides =
       !open || (!blocks && (plan.channels.size() > 1 || isHollow(info, view.mode == Mode::blend && !linear)));
   key.cull = view.cull && skips && hides ? 1 : 0;
-  plan.needs_cells = key.cull != 0 && !blocks;
-  plan.needs_masks = plan.needs_cells || plan.needsRegion();
   key.range_open = open ? 1 : 0;
   // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
   // extinction.
@@ -320,14 +405,21 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   key.channels = static_cast<std::uint32_t>(std::max<std::size_t>(plan.channels.size(), 1));
   key.count = count ? 1 : 0;
   key.probe = probe ? 1 : 0;
-  const bool looks_up = plan.needs_table && colored && view.mode != Mode::first_hit && view.mode != Mode::iso;
+  const bool looks_up = isScalar(info) && !blocks && colored && view.mode != Mode::first_hit && view.mode != Mode::iso;
   key.fine_table = looks_up && std::ranges::all_of(plan.channels,
                                                    [&](const ChannelPlan& channel) {
                                                      return isFine(view, info.channels[channel.channel], channel);
                                                    })
                        ? 1
                        : 0;
+  if (!plan.is_blank) plan.needs = needsOf(view, info, plan);
   return plan;
 }
+
+bool canUse(Finder finder, const VolumeInfo& info, int level) {
+  return finder == Finder::query || finder == Finder::octree || tileCount(info, level) <= kMaxCells;
+}
+
+bool Plan::asksFor(Part part) const { return std::ranges::find(needs, part, &Need::part) != needs.end(); }
 
 }  // namespace blockwalk

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "renderer/plan/kernel_key.h"
+#include "renderer/plan/need.h"
 #include "view/resolved_view.h"
 
 namespace blockwalk {
@@ -15,13 +16,6 @@ namespace blockwalk {
 std::string_view finderName(Finder finder);
 
 inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-// Inclusive range of stored densities that can be seen; lo > hi when none can.
-struct StoredRange {
-  float lo = 0;
-  float hi = 0;
-  bool operator==(const StoredRange&) const = default;
-};
 
 struct DeviceTraits {
   bool ray_query = false;
@@ -48,27 +42,26 @@ struct Plan {
   int cell_voxels = 0;                // clusters and boundary: side of a macrocell
   std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something
   std::vector<ClipPlane> planes;      // world
-  bool needs_grid = false;
-  bool needs_instances = false;
-  bool needs_octree = false;
-  bool needs_clusters = false;
-  bool needs_boundary = false;
-  bool needs_empty = false;  // a subblock of empty voxels
-  bool needs_apron = false;  // voxels with the ring around every subblock
-  bool needs_table = false;
-  bool needs_integrals = false;  // of the table, for pre-integration
-  bool needs_masks = false;      // minimum, maximum and range mask of subblocks
-  bool needs_cells = false;      // which cells of subblocks may show something
+  bool apron = false;                 // voxels with the ring around every subblock
+  std::vector<Need> needs;            // what one is made of comes before it
   KernelWish kernel = KernelWish::best;
   bool is_blank = false;  // nothing can be seen: no kernel at all, only background
 
-  bool needsRegion() const { return needs_clusters || needs_boundary; }
-  bool queriesRays() const { return needs_instances || needsRegion(); }
+  bool asksFor(Part part) const;
+  bool asksForRegion() const { return asksFor(Part::clusters) || asksFor(Part::boundary); }
+  bool queriesRays() const { return asksFor(Part::instances) || asksForRegion(); }
 };
 
 // `count` and `probe` as in FrameOrder. Throws ViewError where the device cannot do what is
 // asked.
 Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe);
+
+// Whether the finder's tiles of blocks, if it looks blocks up in them, can be counted on the level.
+bool canUse(Finder finder, const VolumeInfo& info, int level);
+
+// For the general kernel, which holds every finder that the device has: the query's instances must be there to be
+// bound.
+void generalise(Plan& plan, const VolumeInfo& info, const DeviceTraits& device);
 
 // The level whose voxels are about as large as a pixel where the volume is nearest; never coarser than a pixel there.
 int chooseLevel(const ResolvedView& view, const VolumeInfo& info);

@@ -45,11 +45,6 @@ std::uint64_t entryOf(const TransferPoint& point, double unit_distance) {
   return color << 32 | std::bit_cast<std::uint32_t>(extinction);
 }
 
-bool isExact(const ResolvedView& view, const VolumeInfo& info) {
-  return info.type != VoxelType::f32 && view.filter == Filter::nearest &&
-         (view.mode == Mode::blend || view.mode == Mode::first_hit);
-}
-
 TransferTable bakeExact(const TransferFunction& transfer, VoxelType type, const ChannelInfo& channel,
                         StoredRange visible) {
   TransferTable table;
@@ -114,33 +109,51 @@ void integrate(const TransferFunction& transfer, ValueOf value, double device_pe
   }
 }
 
-}  // namespace
+// What the entries of a table that is not exact run over, stored units.
+struct Extent {
+  double lo = 0;
+  double width = 1;
+  int exponent = 0;  // of densities on the device
+};
 
-TransferTable bakeTransfer(const ResolvedView& view, const VolumeInfo& info, const Plan& plan,
-                           const ChannelPlan& drawn) {
-  const ChannelInfo& channel = info.channels[drawn.channel];
-  const TransferFunction transfer{.points = view.channels[drawn.channel].transfer,
-                                  .shape = view.transfer_shape,
-                                  .unit_distance = unitDistance(info)};
-  if (isExact(view, info)) return bakeExact(transfer, info.type, channel, drawn.range);
-  // Averages and interpolations with empty voxels lie below level 0's smallest density.
-  const bool mixes_empties = plan.level > 0 || view.filter == Filter::linear;
+Extent extentOf(const TableRecipe& recipe, const VolumeInfo& info, std::size_t number) {
+  const ChannelInfo& channel = info.channels[number];
   const double least =
-      mixes_empties ? std::min(channel.density_min, emptyValue(info.type, channel)) : channel.density_min;
-  const double lo = std::max<double>(drawn.range.lo, least);
-  const double hi = std::max<double>(std::min<double>(drawn.range.hi, channel.density_max), lo);
-  const int exponent = densityExponent(info, drawn.channel);
+      recipe.mixes_empties ? std::min(channel.density_min, emptyValue(info.type, channel)) : channel.density_min;
+  const double lo = std::max<double>(recipe.range.lo, least);
+  const double hi = std::max<double>(std::min<double>(recipe.range.hi, channel.density_max), lo);
+  const int exponent = densityExponent(info, number);
   // A narrower table would have a scale that is no float; one entry more than enough for what is a float is left.
   const double least_width = std::ldexp((kTableEntries - 1) / kLargestScale, -exponent);
-  const double width = std::max(hi > lo ? hi - lo : 1, least_width);
+  return {.lo = lo, .width = std::max(hi > lo ? hi - lo : 1, least_width), .exponent = exponent};
+}
+
+}  // namespace
+
+TableSpan tableSpan(const TableRecipe& recipe, const VolumeInfo& info, std::size_t number) {
+  if (recipe.exact) return {};
+  const Extent extent = extentOf(recipe, info, number);
+  return {.scale = static_cast<float>(std::ldexp((kTableEntries - 1) / extent.width, -extent.exponent)),
+          .first = static_cast<float>(std::ldexp(extent.lo, extent.exponent))};
+}
+
+TransferTable bakeTransfer(const TableRecipe& recipe, const VolumeInfo& info, std::size_t number) {
+  const ChannelInfo& channel = info.channels[number];
+  const TransferFunction transfer{
+      .points = recipe.transfer, .shape = recipe.shape, .unit_distance = unitDistance(info)};
+  if (recipe.exact) return bakeExact(transfer, info.type, channel, recipe.range);
+  const auto [lo, width, exponent] = extentOf(recipe, info, number);
+  const TableSpan span = tableSpan(recipe, info, number);
   TransferTable table;
-  table.scale = static_cast<float>(std::ldexp((kTableEntries - 1) / width, -exponent));
-  table.first = static_cast<float>(std::ldexp(lo, exponent));
+  table.scale = span.scale;
+  table.first = span.first;
   table.entries.reserve(kTableEntries);
-  const auto value = [&](int i) { return channel.dataFromStored(lo + width * i / (kTableEntries - 1)); };
+  const auto value = [&, lo = lo, width = width](int i) {
+    return channel.dataFromStored(lo + width * i / (kTableEntries - 1));
+  };
   for (int i = 0; i < kTableEntries; ++i)
     table.entries.push_back(entryOf(evaluate(transfer, value(i)), transfer.unit_distance));
-  if (plan.needs_integrals) integrate(transfer, value, std::ldexp(1 / channel.value_scale, exponent), table);
+  if (recipe.integrals) integrate(transfer, value, std::ldexp(1 / channel.value_scale, exponent), table);
   return table;
 }
 

@@ -5,7 +5,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "renderer/plan/plan.h"
+#include "renderer/plan/need.h"
+#include "volume/volume.h"
 
 namespace blockwalk {
 
@@ -28,8 +29,13 @@ constexpr int kTableEntries = 16384;
 // Extinction a unit distance that stands for an opacity of 1: opaque after 2e-5 of it.
 constexpr double kOpaqueExtinction = 1e6;
 
-// Of one of the plan's channels. `plan` is plan()'s for it and needs a table.
-TransferTable bakeTransfer(const ResolvedView& view, const VolumeInfo& info, const Plan& plan,
-                           const ChannelPlan& drawn);
+// Where a table begins and how fine it is, without baking it.
+struct TableSpan {
+  float scale = 1;
+  float first = 0;
+};
+TableSpan tableSpan(const TableRecipe& recipe, const VolumeInfo& info, std::size_t channel);
+
+TransferTable bakeTransfer(const TableRecipe& recipe, const VolumeInfo& info, std::size_t channel);
 
 }  // namespace blockwalk

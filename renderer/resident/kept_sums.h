@@ -1,22 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sums of samples that stay on the device from one step of a refinement to the next.
 //
-// Every owner has one picture at most, and the sums of all together take at most a number of bytes: where another
-// picture needs the room, the one that was used longest ago gives way and starts over when its next step comes. A
-// picture never goes on with what was not its own: its view, its volume and the number of samples must be those that
-// the last step left.
+// Every owner has one picture at most. While a frame adds to it the picture is the frame's; what is kept of all
+// together takes at most a number of bytes, and gives way as every other part does (renderer/resident/residency.h): the
+// owner starts over when his next step comes. A picture never goes on with what was not its own: its view, its volume
+// and the number of samples must be those that the last step left.
 #pragma once
 
 #include <cstdint>
-#include <list>
+#include <memory>
 
+#include "renderer/resident/residency.h"
 #include "renderer/vulkan/buffer.h"
 #include "shaders/kernel_interface.h"
 #include "view/frame_order.h"
 
 namespace blockwalk {
 
-struct KeptPicture {
+struct KeptPicture final : Resident {
   std::uint64_t owner = 0;
   std::uint64_t volume = 0;  // serial number of the volume
   ResolvedView view;
@@ -26,24 +27,26 @@ struct KeptPicture {
   gpu::GpuCounters counters{};
   double gpu_ms = 0;
   double total_ms = 0;
+
+  std::uint64_t bytes() const override { return sums.bytes(); }
 };
 
 class KeptSums {
  public:
-  KeptSums(Device& device, std::uint64_t most_bytes) : device_(device), most_bytes_(most_bytes) {}
+  KeptSums(Device& device, Residency& residency, std::uint64_t most_bytes)
+      : device_(device), residency_(residency), most_bytes_(most_bytes) {}
 
-  // The owner's picture for a step that goes on after `step.begin` samples. Its `samples` are those or 0. Null where
-  // the view has more pixels than may be kept. Valid until the next call. Throws DeviceError.
-  KeptPicture* take(const SampleStep& step, std::uint64_t volume, const ResolvedView& view);
+  // The owner's picture for a step that goes on after `step.begin` samples: his who takes it. Its `samples` are those
+  // or 0. Null where the view has more pixels than may be kept. Throws DeviceError.
+  std::unique_ptr<KeptPicture> take(const SampleStep& step, std::uint64_t volume, const ResolvedView& view);
+  void keep(std::unique_ptr<KeptPicture> picture);
   // Its memory goes back to the device.
-  void drop(std::uint64_t owner);
+  void forget(std::uint64_t owner);
 
  private:
-  void makeRoom(std::uint64_t bytes);
-
   Device& device_;
+  Residency& residency_;
   std::uint64_t most_bytes_;
-  std::list<KeptPicture> pictures_;  // the one used last comes first
 };
 
 }  // namespace blockwalk

@@ -4,12 +4,12 @@
 #include <algorithm>
 #include <array>
 
+#include "shaders/kernel_interface.h"
 #include "visible_cells.spv.h"
 
 namespace blockwalk {
 namespace {
 
-constexpr std::size_t kKeptRanges = 4;              // of a channel
 constexpr std::uint32_t kBlocksASubmission = 1024;  // no dispatch is long
 
 }  // namespace
@@ -40,40 +40,61 @@ const vk::raii::Pipeline& VisibleCells::pipeline(const Key& key) {
       .first->second;
 }
 
-const Buffer& VisibleCells::find(VulkanVolume& volume, const Plan& plan, ResidentChannel& channel, StoredRange range) {
-  const auto known = std::ranges::find(channel.visible_cells, range, &ResidentCells::range);
-  if (known != channel.visible_cells.end()) {
-    std::rotate(channel.visible_cells.begin(), known, known + 1);
-    return channel.visible_cells.front().cells;
+class VisibleCells::CellMaking final : public Making {
+ public:
+  CellMaking(VisibleCells& kernels, const Key& key, const Need& need, std::shared_ptr<const ResidentBlocks> blocks,
+             std::shared_ptr<const ResidentMasks> masks)
+      : kernels_(kernels),
+        key_(key),
+        range_(need.range),
+        blocks_(std::move(blocks)),
+        masks_(std::move(masks)),
+        made_(std::make_unique<ResidentCells>()) {
+    made_->cells = Buffer(kernels.device_, std::uint64_t{masks_->count} * sizeof(std::uint64_t), BufferUse::resident);
   }
-  const VolumeInfo& info = volume.info();
-  const std::uint64_t masks = volume.masks(channel).address();
-  const auto subblocks = static_cast<std::uint32_t>(channel.masks.bytes() / sizeof(gpu::GpuSubblock));
-  const auto blocks = static_cast<std::uint32_t>(channel.blocks.bytes() / sizeof(gpu::GpuBlock));
-  ResidentCells made{.range = range,
-                     .cells = Buffer(device_, std::uint64_t{subblocks} * sizeof(std::uint64_t), BufferUse::resident)};
-  const vk::raii::Pipeline& kernel = pipeline({.voxel_type = static_cast<std::uint32_t>(info.type),
-                                               .subblock_side = info.subblock_side,
-                                               .apron = plan.needs_apron ? 1u : 0u});
-  for (std::uint32_t first = 0; first < blocks; first += kBlocksASubmission) {
-    const gpu::VisibleCellsPush push{.blocks = channel.blocks.address(),
-                                     .masks = masks,
-                                     .cells = made.cells.address(),
-                                     .density_lo = range.lo,
-                                     .density_hi = range.hi,
-                                     .first_block = first,
+
+  std::unique_ptr<Resident> advance() override {
+    const auto blocks = static_cast<std::uint32_t>(blocks_->voxels->records.blocks.size());
+    const vk::raii::Pipeline& kernel = kernels_.pipeline(key_);
+    const gpu::VisibleCellsPush push{.blocks = blocks_->records.address(),
+                                     .masks = masks_->records.address(),
+                                     .cells = made_->cells.address(),
+                                     .density_lo = range_.lo,
+                                     .density_hi = range_.hi,
+                                     .first_block = next_,
                                      .block_count = blocks,
-                                     .subblock_count = subblocks,
+                                     .subblock_count = masks_->count,
                                      .padding = 0};
-    device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
+    const std::uint32_t count = std::min(kBlocksASubmission, blocks - next_);
+    kernels_.device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
       commands.bindPipeline(vk::PipelineBindPoint::eCompute, *kernel);
-      commands.pushConstants<gpu::VisibleCellsPush>(*layout_, vk::ShaderStageFlagBits::eCompute, 0, push);
-      commands.dispatch(std::min(kBlocksASubmission, blocks - first), 1, 1);
+      commands.pushConstants<gpu::VisibleCellsPush>(*kernels_.layout_, vk::ShaderStageFlagBits::eCompute, 0, push);
+      commands.dispatch(count, 1, 1);
     });
+    next_ += count;
+    if (next_ < blocks) return nullptr;
+    return std::move(made_);
   }
-  if (channel.visible_cells.size() == kKeptRanges) channel.visible_cells.pop_back();
-  channel.visible_cells.insert(channel.visible_cells.begin(), std::move(made));
-  return channel.visible_cells.front().cells;
+  std::uint64_t bytes() const override { return made_ != nullptr ? made_->bytes() : 0; }
+
+ private:
+  VisibleCells& kernels_;
+  Key key_;
+  StoredRange range_;
+  std::shared_ptr<const ResidentBlocks> blocks_;
+  std::shared_ptr<const ResidentMasks> masks_;
+  std::unique_ptr<ResidentCells> made_;
+  std::uint32_t next_ = 0;
+};
+
+std::unique_ptr<Making> VisibleCells::make(const StoredVolume& volume, const Need& need,
+                                           std::shared_ptr<const ResidentBlocks> blocks,
+                                           std::shared_ptr<const ResidentMasks> masks) {
+  const VolumeInfo& info = volume.file->info();
+  const Key key{.voxel_type = static_cast<std::uint32_t>(info.type),
+                .subblock_side = info.subblock_side,
+                .apron = need.apron ? 1u : 0u};
+  return std::make_unique<CellMaking>(*this, key, need, std::move(blocks), std::move(masks));
 }
 
 }  // namespace blockwalk

@@ -7,8 +7,7 @@
 #include <map>
 #include <vulkan/vulkan_raii.hpp>
 
-#include "renderer/plan/plan.h"
-#include "renderer/resident/resident_volume.h"
+#include "renderer/resident/parts.h"
 
 namespace blockwalk {
 
@@ -16,11 +15,13 @@ class VisibleCells {
  public:
   explicit VisibleCells(Device& device) : device_(device) {}
 
-  // Of channel `drawn` of a resident level, with the ring or without. The range is what the volume's densities are
-  // compared with on the device. Kept with the channel: going back to one of its last ranges costs nothing.
-  const Buffer& find(VulkanVolume& volume, const Plan& plan, ResidentChannel& channel, StoredRange range);
+  // Part::visible_cells, of the channel's blocks and masks: pieces of some blocks. It outlives the making.
+  std::unique_ptr<Making> make(const StoredVolume& volume, const Need& need,
+                               std::shared_ptr<const ResidentBlocks> blocks,
+                               std::shared_ptr<const ResidentMasks> masks);
 
  private:
+  class CellMaking;
   struct Key {
     std::uint32_t voxel_type = 0;
     std::int32_t subblock_side = 0;

@@ -42,22 +42,32 @@ UseFlags flagsOf(BufferUse use) {
 
 Buffer::Buffer(Device& device, std::uint64_t bytes, BufferUse use)
     : device_(&device), bytes_(std::max<std::uint64_t>(bytes, 16)) {
-  const UseFlags flags = flagsOf(use);
-  try {
-    if (bytes_ > Memory::kMostSmallBytes) device.memory().require(bytes_, "a buffer");
-    device.calls().translate("a buffer", [&] {
-      buffer_ = device.handle().createBuffer(
-          {.size = bytes_, .usage = flags.usage | vk::BufferUsageFlagBits::eShaderDeviceAddress});
-      const auto needs = buffer_.getMemoryRequirements();
-      piece_ =
-          device.memory().take(needs, device.memoryType(needs.memoryTypeBits, flags.required, flags.preferred), use);
-      buffer_.bindMemory(piece_.memory, piece_.offset);
-      address_ = device.handle().getBufferAddress({.buffer = *buffer_});
-    });
-  } catch (...) {
-    release();
-    throw;
+  device.makeRoom(bytes_ + Memory::kGranule);
+  while (address_ == 0) {
+    try {
+      create(use);
+    } catch (const OutOfDeviceMemory&) {
+      release();
+      // What others use no more gives way once the driver has none.
+      if (!device.reclaim(bytes_)) throw;
+    } catch (...) {
+      release();
+      throw;
+    }
   }
+}
+
+void Buffer::create(BufferUse use) {
+  const UseFlags flags = flagsOf(use);
+  device_->calls().translate("a buffer", [&] {
+    buffer_ = device_->handle().createBuffer(
+        {.size = bytes_, .usage = flags.usage | vk::BufferUsageFlagBits::eShaderDeviceAddress});
+    const auto needs = buffer_.getMemoryRequirements();
+    piece_ =
+        device_->memory().take(needs, device_->memoryType(needs.memoryTypeBits, flags.required, flags.preferred), use);
+    buffer_.bindMemory(piece_.memory, piece_.offset);
+    address_ = device_->handle().getBufferAddress({.buffer = *buffer_});
+  });
 }
 
 Buffer& Buffer::operator=(Buffer&& other) noexcept {

@@ -30,6 +30,7 @@ class Buffer {
   }
 
  private:
+  void create(BufferUse use);
   void release() noexcept;
 
   Device* device_ = nullptr;

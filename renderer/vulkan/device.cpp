@@ -7,6 +7,7 @@
 #include <array>
 #include <charconv>
 #include <cstdlib>
+#include <span>
 #include <string_view>
 
 namespace blockwalk {
@@ -123,6 +124,7 @@ Device::Device(const DeviceOptions& options) : on_message_(options.on_message) {
     createInstance(options);
     choosePhysicalDevice(options);
     info_.ray_query = info_.ray_query && options.allow_ray_query;
+    if (options.memory_budget_bytes > 0) info_.memory_budget_bytes = options.memory_budget_bytes;
     createDevice(options);
     checkVectors();
   } catch (const vk::SystemError& error) {
@@ -263,6 +265,20 @@ std::uint32_t Device::memoryType(std::uint32_t type_bits, vk::MemoryPropertyFlag
     }
   }
   throw DeviceError(fmt::format("{}: no memory type with {}", info_.name, vk::to_string(required)));
+}
+
+void Device::makeRoom(std::uint64_t bytes) {
+  const std::uint64_t budget = info_.memory_budget_bytes;
+  const auto free = [&] {
+    const std::uint64_t of_budget = budget - std::min(budget, memory_->usedBytes());
+    return bytes > Memory::kMostSmallBytes ? std::min(of_budget, memory_->freeBytes()) : of_budget;
+  };
+  for (std::uint64_t left = free(); bytes > left; left = free()) {
+    if (reclaim(bytes - left)) continue;
+    throw OutOfDeviceMemory(fmt::format("{}: {} bytes are needed and {} free, {} of {} in use", info_.name, bytes, left,
+                                        memory_->usedBytes(), budget),
+                            bytes, left);
+  }
 }
 
 void Device::note(const std::string& text) const {

@@ -30,7 +30,7 @@ class Device {
   std::uint64_t timestampMask() const { return timestamp_mask_; }
   std::uint64_t maxAllocationBytes() const { return max_allocation_bytes_; }
   std::uint32_t maxInstances() const { return max_instances_; }
-  std::uint64_t maxPrimitives() const { return max_primitives_; }
+  std::uint64_t maxPrimitives() const { return max_primitives_; }  // of a bottom-level structure
   std::uint32_t scratchAlignment() const { return scratch_alignment_; }
 
   // Index of a memory type among `type_bits` with all of `required`, preferring `preferred`; throws DeviceError.
@@ -45,6 +45,15 @@ class Device {
   // Every submission of the device; `fence` is not signalled. Throws as DeviceCalls::guard() does.
   void submit(const vk::raii::CommandBuffer& commands, vk::Fence fence) const;
   void wait(vk::Fence fence) const { calls_->wait(device_, fence); }
+
+  // Before so many bytes are taken: whoever keeps what nobody uses is asked to give back what the budget lacks. Throws
+  // OutOfDeviceMemory where that is not enough.
+  void makeRoom(std::uint64_t bytes);
+  // Gives back at least so many bytes if it can, and says how many.
+  using Reclaim = std::function<std::uint64_t(std::uint64_t bytes)>;
+  void onShortage(Reclaim reclaim) { reclaim_ = std::move(reclaim); }
+  // Asks for them: true where some came back.
+  bool reclaim(std::uint64_t bytes) { return reclaim_ && reclaim_(bytes) > 0; }
 
   // Records with `record`, submits, and waits. For set-up work; frames have their own command buffers.
   template <typename Record>
@@ -63,6 +72,7 @@ class Device {
   void checkVectors() const;
 
   std::function<void(const std::string&)> on_message_;
+  Reclaim reclaim_;
   vk::raii::Context context_;
   vk::raii::Instance instance_{nullptr};
   vk::raii::DebugUtilsMessengerEXT messenger_{nullptr};

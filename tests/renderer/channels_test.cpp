@@ -209,6 +209,8 @@ TEST_F(ThreeChannels, AreResidentWhenTheyAreDrawn) {
     for (const ResidentPart& part : volume->parts()) bytes += part.what == "voxels" ? part.bytes : 0;
     return bytes;
   };
+  EXPECT_EQ(volume->deviceBytes(), 0u);
+  fresh->render(*volume, View{}, {.prepare_only = true});
   const std::uint64_t loaded = voxelBytes();  // what a default view shows: all channels, without an apron
   EXPECT_GE(loaded, 3 * voxels);
   const std::uint64_t before = bytesAfter({0, 1, 2}, Filter::nearest);

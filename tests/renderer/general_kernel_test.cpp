@@ -110,7 +110,7 @@ TEST_F(GeneralKernelTest, LeavesOutWhatNoViewHasAskedFor) {
     }
     return added;
   };
-  const std::set<std::string> drawn = {"voxels 1", "blocks 1", "grid 1"};
+  const std::set<std::string> drawn = {"voxels 1", "blocks 1", "grid 1", "table 0"};
   View open = view;
   open.cull = false;
   open.channels[0].transfer = {{.value = 0, .opacity = 0.5}, {.value = 255, .opacity = 0.5}};

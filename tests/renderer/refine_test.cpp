@@ -3,6 +3,8 @@
 // else refines, and whatever becomes of the sums.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/renderer/stage.h"
 #include "tests/renderer/synthetic.h"
 
@@ -138,16 +140,52 @@ TEST_F(RefineTest, WhatIsKeptIsBounded) {
   EXPECT_LE(renderer_->device().memory_used_bytes, empty + 4 * one) << "alignment takes a little";
 }
 
-TEST_F(RefineTest, ACancelledStepLeavesNoSums) {
+TEST_F(RefineTest, AStepCancelledWhileItDrawsLeavesNoSums) {
   start();
   View view = viewOf(40);
   view.width = view.height = 300;
+  expectStep(view, 1, 0, 2, 2);
+  const auto cancel = std::make_shared<std::atomic<bool>>(false);
+  FrameOrder order{.view = resolveView(view, volume_->info()),
+                   .cancel = cancel,
+                   .step = SampleStep{.owner = 1, .begin = 2, .end = 4}};
+  const std::unique_ptr<FrameInProgress> frame = renderer_->begin(*volume_, std::move(order));
+  ASSERT_TRUE(frame->advance());
+  *cancel = true;
+  EXPECT_FALSE(frame->advance());
+  EXPECT_TRUE(frame->finish().cancelled);
+  expectStep(view, 1, 2, 4, 4);
+}
+
+TEST_F(RefineTest, AStepCancelledBeforeItDrawsLeavesTheSumsAsTheyWere) {
+  start();
+  View view = viewOf(40);
   expectStep(view, 1, 0, 2, 2);
   const auto cancel = std::make_shared<std::atomic<bool>>(true);
   const Frame cancelled =
       renderer_->render(*volume_, view, {.cancel = cancel, .step = SampleStep{.owner = 1, .begin = 2, .end = 4}});
   EXPECT_TRUE(cancelled.cancelled);
+  expectStep(view, 1, 2, 4, 2);
+}
+
+TEST_F(RefineTest, WhoeverIsForgottenLeavesNothing) {
+  start();
+  const View view = viewOf(40);
+  const std::uint64_t before = renderer_->device().memory_used_bytes;
+  expectStep(view, 1, 0, 2, 2);
+  expectStep(view, 2, 0, 2, 2);
+  const auto sums = [&] {
+    const std::vector<PartTotal> totals = renderer_->parts();
+    return std::ranges::find(totals, "sums", &PartTotal::what)->count;
+  };
+  EXPECT_EQ(sums(), 2u);
+  const std::uint64_t used = renderer_->device().memory_used_bytes;
+  EXPECT_GT(used, before);
+  renderer_->forget(1);
+  EXPECT_EQ(sums(), 1u);
+  EXPECT_LE(renderer_->device().memory_used_bytes, used - kSumBytes * 101 * 75);
   expectStep(view, 1, 2, 4, 4);
+  expectStep(view, 2, 2, 4, 2);
 }
 
 using RefineDeathTest = RefineTest;

@@ -5,6 +5,8 @@
 #include <numbers>
 #include <random>
 
+#include "view/resolved_view.h"
+
 namespace blockwalk::test {
 namespace {
 

@@ -78,6 +78,19 @@ TEST(Octree, IsAsDeepAsItsFarthestLeaf) {
   expectLeaves({});
 }
 
+TEST(Octree, OfTooManyNodesIsRefused) {
+  std::vector<OctreeLeaf> leaves;
+  for (int i = 0; i < 8; ++i) leaves.push_back({.position = {16 * i, 0, 0}, .block = 0, .range_mask = 1});
+  const std::size_t nodes = buildOctree(leaves).nodes.size();
+  EXPECT_EQ(buildOctree(leaves, nodes).nodes.size(), nodes);
+  try {
+    buildOctree(leaves, nodes - 1);
+    ADD_FAILURE() << "more nodes than may be";
+  } catch (const ViewError& error) {
+    EXPECT_EQ(error.field, "finder");
+  }
+}
+
 // A whole file's subblocks, by the voxels of the dense volume.
 class OctreeOfLevel : public test::RendererTest {};
 
@@ -89,9 +102,7 @@ TEST_F(OctreeOfLevel, HoldsTheSubblocksWithVoxels) {
       makeScene(*test::makeSynthetic({.type = VoxelType::u8, .dims = {50, 41, 37}, .seed = 7}), options);
   const VolumeFile file(scene.path);
   const Level level = file.readLevel(0, 0);
-  std::vector<std::uint8_t> masks;
-  for (const Subblock& subblock : level.subblocks) masks.push_back(subblock.range_mask);
-  const std::vector<OctreeLeaf> leaves = subblockLeaves(level, masks, 3);
+  const std::vector<OctreeLeaf> leaves = subblockLeaves(level, 3);
   EXPECT_EQ(leaves.size(), level.subblocks.size());
   expectLeaves(leaves);
   const reference::DenseVolume dense = scene.dense(0);

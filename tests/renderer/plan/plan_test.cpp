@@ -36,7 +36,7 @@ TEST(Plan, OpenRangeNeedsNoTestsAndNoCulling) {
   EXPECT_EQ(open.key.range_open, 1u);
   EXPECT_EQ(open.key.cull, 0u);
   EXPECT_EQ(open.key.test_voxel, 0u);
-  EXPECT_FALSE(open.needs_table);
+  EXPECT_FALSE(open.asksFor(Part::table));
 }
 
 TEST(Plan, AnOpenRangeCullsCellsWhereManyStoredVoxelsAreEmpty) {
@@ -45,7 +45,7 @@ TEST(Plan, AnOpenRangeCullsCellsWhereManyStoredVoxelsAreEmpty) {
   const Plan hollow = planFor({}, info);
   EXPECT_EQ(hollow.key.range_open, 1u);
   EXPECT_EQ(hollow.key.cull, 1u);
-  EXPECT_TRUE(hollow.needs_cells);
+  EXPECT_TRUE(hollow.asksFor(Part::visible_cells));
   info.channels[0].nonempty_voxels = 32 * 512;  // half: worth looking for before a linear sample, not before a voxel
   View view;
   EXPECT_EQ(planFor(view, info).key.cull, 0u);
@@ -57,7 +57,7 @@ TEST(Plan, AnOpenRangeCullsCellsWhereManyStoredVoxelsAreEmpty) {
   View blocks;
   blocks.mode = Mode::blocks;
   EXPECT_EQ(planFor(blocks, info).key.cull, 0u);
-  EXPECT_FALSE(planFor(blocks, info).needs_cells);
+  EXPECT_FALSE(planFor(blocks, info).asksFor(Part::visible_cells));
 }
 
 TEST(Plan, NarrowRangeTestsVoxelsOfRgba8ButNotOfU8) {
@@ -70,7 +70,7 @@ TEST(Plan, NarrowRangeTestsVoxelsOfRgba8ButNotOfU8) {
   const Plan scalar = planFor(view, volumeOf(VoxelType::u8, 5, 250));
   EXPECT_EQ(scalar.key.cull, 1u);
   EXPECT_EQ(scalar.key.test_voxel, 0u);  // the table is 0 outside the range
-  EXPECT_TRUE(scalar.needs_table);
+  EXPECT_TRUE(scalar.asksFor(Part::table));
 }
 
 TEST(Plan, MaskHoldsExactlyTheBinsOfTheRange) {
@@ -199,14 +199,15 @@ TEST(Plan, FinderFollowsTheDevice) {
   const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
   const DeviceTraits gpu{.ray_query = true, .software = false, .max_instances = 1u << 24};
   const DeviceTraits software{.ray_query = true, .software = true, .max_instances = 1u << 24};
-  EXPECT_TRUE(planFor({}, info, gpu).needs_instances);
-  EXPECT_FALSE(planFor({}, info, gpu).needs_grid);
-  EXPECT_TRUE(planFor({}, info, software).needs_grid);
-  EXPECT_TRUE(planFor({}, info, {.ray_query = true, .software = false, .max_instances = 4}).needs_grid);
+  EXPECT_TRUE(planFor({}, info, gpu).asksFor(Part::instances));
+  EXPECT_FALSE(planFor({}, info, gpu).asksFor(Part::grid));
+  EXPECT_TRUE(planFor({}, info, software).asksFor(Part::grid));
+  EXPECT_TRUE(planFor({}, info, {.ray_query = true, .software = false, .max_instances = 4}).asksFor(Part::grid));
   EXPECT_TRUE(planFor({}, info, {.ray_query = true, .software = false, .max_instances = 250, .fastest = Finder::grid})
-                  .needs_grid);
-  EXPECT_TRUE(planFor({}, info, {.ray_query = true, .max_instances = 250, .fastest = Finder::query}).needs_instances);
-  EXPECT_TRUE(planFor({}, info, {.ray_query = true, .max_instances = 4, .fastest = Finder::query}).needs_grid);
+                  .asksFor(Part::grid));
+  EXPECT_TRUE(
+      planFor({}, info, {.ray_query = true, .max_instances = 250, .fastest = Finder::query}).asksFor(Part::instances));
+  EXPECT_TRUE(planFor({}, info, {.ray_query = true, .max_instances = 4, .fastest = Finder::query}).asksFor(Part::grid));
   View query;
   query.finder = Finder::query;
   EXPECT_THROW(planFor(query, info, {}), ViewError);
@@ -235,13 +236,13 @@ TEST(Plan, EachFinderNeedsWhatItLooksIn) {
     const Plan plan = planWith(needs.finder, info);
     SCOPED_TRACE(finderName(needs.finder));
     EXPECT_EQ(plan.key.finder, static_cast<std::uint32_t>(needs.finder));
-    EXPECT_EQ(plan.needs_grid, needs.grid);
-    EXPECT_EQ(plan.needs_instances, needs.instances);
-    EXPECT_EQ(plan.needs_clusters, needs.clusters);
-    EXPECT_EQ(plan.needs_boundary, needs.boundary);
-    EXPECT_EQ(plan.needs_octree, needs.octree);
-    EXPECT_EQ(plan.needs_empty, needs.empty);
-    EXPECT_EQ(plan.needs_masks, needs.masks);
+    EXPECT_EQ(plan.asksFor(Part::grid), needs.grid);
+    EXPECT_EQ(plan.asksFor(Part::instances), needs.instances);
+    EXPECT_EQ(plan.asksFor(Part::clusters), needs.clusters);
+    EXPECT_EQ(plan.asksFor(Part::boundary), needs.boundary);
+    EXPECT_EQ(plan.asksFor(Part::octree), needs.octree);
+    EXPECT_EQ(plan.asksFor(Part::empty), needs.empty);
+    EXPECT_EQ(plan.asksFor(Part::masks), needs.masks);
     EXPECT_EQ(plan.queriesRays(), needs.instances || needs.clusters || needs.boundary);
     EXPECT_EQ(plan.cell_voxels, needs.clusters || needs.boundary ? 8 : 0);
   }
@@ -253,7 +254,7 @@ TEST(Plan, WithoutSkippingThereIsNeitherWalkNorCull) {
   view.channels[0].range = DensityRange{100, 200};
   const Plan plan = planWith(Finder::none, info, view);
   EXPECT_EQ(plan.key.cull, 0u);
-  EXPECT_FALSE(plan.needs_masks);
+  EXPECT_FALSE(plan.asksFor(Part::masks));
   for (bool walk : {false, true}) {
     for (bool cull : {false, true}) {
       view.walk = walk;
@@ -328,13 +329,13 @@ TEST(Plan, OutputsNeedNoLightAndNoBackground) {
   view.lit = true;
   view.background = {1, 2, 3, 4};
   EXPECT_EQ(planFor(view, info).key.output, gpu::kOutputColor);
-  EXPECT_TRUE(planFor(view, info).needs_apron);
+  EXPECT_TRUE(planFor(view, info).apron);
   view.output = Output::depth;
   const Plan depth = planFor(view, info);
   EXPECT_EQ(depth.key.output, gpu::kOutputPoint);
   EXPECT_EQ(depth.key.lit, 0u);
   EXPECT_EQ(depth.key.opaque_background, 1u);
-  EXPECT_FALSE(depth.needs_apron);
+  EXPECT_FALSE(depth.apron);
   view.output = Output::position;  // of the same point
   EXPECT_EQ(planFor(view, info).key, depth.key);
   view.output = Output::cost;
@@ -430,6 +431,57 @@ TEST(KernelInterface, OpacityIsRelativelyExactForEveryDepth) {
     EXPECT_NEAR(gpu::opacityOfDepth(depth), truth, 2e-6 * truth) << "depth " << depth;
   }
   EXPECT_EQ(gpu::opacityOfDepth(0), 0);
+}
+
+// Few blocks in a box of many: a valid file of a few KiB. Its tiles would be 34 GB, and no float counts them.
+TEST(Plan, TilesThatAreTooManyAreRefusedAndNeverChosen) {
+  VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  info.dims = glm::ivec3(65536);
+  info.subblock_side = 4;
+  info.block_side = 1;
+  info.levels.clear();
+  for (int level = 0; level < levelCount(info.dims, info.blockVoxels()); ++level) {
+    info.levels.push_back(
+        {.dims = levelDims(info.dims, level), .block_count = 1, .subblock_count = 1, .voxel_bytes = 64});
+  }
+  View view;
+  view.level = 0;
+  EXPECT_TRUE(planFor(view, info, kSoftwareRays).asksFor(Part::octree));
+  EXPECT_TRUE(planFor(view, info, {}).asksFor(Part::octree));
+  EXPECT_TRUE(planFor(view, info, {.ray_query = true, .software = false, .max_instances = 4, .fastest = Finder::grid})
+                  .asksFor(Part::octree));
+  for (const Finder finder : {Finder::grid, Finder::none, Finder::clusters, Finder::boundary}) {
+    view.finder = finder;
+    try {
+      planFor(view, info, kSoftwareRays);
+      ADD_FAILURE() << finderName(finder);
+    } catch (const ViewError& error) {
+      EXPECT_EQ(error.field, "finder");
+    }
+  }
+  // Of level 3 they are 2^24, which is as many as can be counted.
+  view.finder = Finder::grid;
+  view.level = 3;
+  EXPECT_TRUE(planFor(view, info, {}).asksFor(Part::grid));
+  view.level = 2;
+  EXPECT_THROW(planFor(view, info, {}), ViewError);
+}
+
+// What is made of a part comes behind it, and needs that are equal are shared.
+TEST(Plan, NeedsAreDataInTheOrderInWhichTheyAreMade) {
+  const VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  View view;
+  view.channels[0].range = DensityRange{100, 200};
+  const Plan plan = planWith(Finder::boundary, info, view);
+  std::vector<Part> parts;
+  for (const Need& need : plan.needs) parts.push_back(need.part);
+  EXPECT_EQ(parts, (std::vector<Part>{Part::voxels, Part::blocks, Part::masks, Part::visible_cells, Part::table,
+                                      Part::grid, Part::macrocells, Part::boundary}));
+  view.eye = glm::dvec3(1, 2, 300);
+  view.background = {1, 2, 3, 4};
+  EXPECT_EQ(planWith(Finder::boundary, info, view).needs, plan.needs) << "they do not depend on where one stands";
+  view.channels[0].range = DensityRange{100, 201};
+  EXPECT_NE(planWith(Finder::boundary, info, view).needs, plan.needs);
 }
 
 }  // namespace

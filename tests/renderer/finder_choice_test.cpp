@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/finder_probe.h"
+#include "renderer/finder_choice.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <map>
+#include <optional>
 #include <vector>
 
 #include "renderer/plan/plan.h"
@@ -17,29 +19,49 @@ namespace {
 
 constexpr Finder kQueryOrGrid[] = {Finder::query, Finder::grid};
 
-TEST(FastestFinder, HasTheLeastTimeOfAnyRoundButTheFirst) {
+Finder measureAll(FinderTrial trial, const std::function<double(Finder)>& measure) {
+  while (const std::optional<Finder> next = trial.next()) trial.took(measure(*next));
+  return trial.fastest();
+}
+
+TEST(FinderTrial, HasTheLeastTimeOfAnyRoundButTheFirst) {
   // The first time of each compiles.
   std::map<Finder, std::vector<double>> times{{Finder::query, {1, 9, 7, 8}}, {Finder::grid, {99, 20, 20, 6}}};
   std::map<Finder, std::size_t> asked;
   const Finder fastest =
-      fastestFinder(kQueryOrGrid, 3, [&](Finder finder) { return times[finder].at(asked[finder]++); });
+      measureAll(FinderTrial(kQueryOrGrid, 3), [&](Finder finder) { return times[finder].at(asked[finder]++); });
   EXPECT_EQ(fastest, Finder::grid);
   EXPECT_EQ(asked[Finder::query], 4u);
   EXPECT_EQ(asked[Finder::grid], 4u);
 }
 
-TEST(FastestFinder, IsTheFirstOfEquals) {
-  EXPECT_EQ(fastestFinder(kQueryOrGrid, 2, [](Finder) { return 3.0; }), Finder::query);
+TEST(FinderTrial, IsTheFirstOfEquals) {
+  EXPECT_EQ(measureAll(FinderTrial(kQueryOrGrid, 2), [](Finder) { return 3.0; }), Finder::query);
 }
 
-class FinderProbeTest : public RendererTest {};
+TEST(FinderChoices, AreTriedByOneFrameAtATimeAndOnce) {
+  FinderChoices choices;
+  EXPECT_TRUE(choices.beginTrial(7));
+  EXPECT_FALSE(choices.beginTrial(7));
+  EXPECT_TRUE(choices.beginTrial(8));
+  choices.abandonTrial(7);
+  EXPECT_TRUE(choices.beginTrial(7));
+  choices.settle(7, Finder::query);
+  EXPECT_FALSE(choices.beginTrial(7));
+  EXPECT_EQ(choices.find(7), Finder::query);
+  EXPECT_EQ(choices.find(8), Finder::automatic);
+  choices.forget(7);
+  EXPECT_EQ(choices.find(7), Finder::automatic);
+}
+
+class FinderChoiceTest : public RendererTest {};
 
 bool holds(const ResidentVolume& volume, std::string_view what) {
   const auto parts = volume.parts();
   return std::ranges::any_of(parts, [&](const ResidentPart& part) { return part.what == what; });
 }
 
-TEST_F(FinderProbeTest, MeasuresOnceAndKeepsWhatItChose) {
+TEST_F(FinderChoiceTest, MeasuresOnceAndKeepsWhatItChose) {
   if (!renderer().device().ray_query) GTEST_SKIP() << "this device has no ray queries";
   DeviceOptions options;
   options.probe_software = true;

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Acceleration structures: of the query finder, one instance a block over one shared unit box (Derin et al. 2021, 2.1);
-// of the finders clusters and boundary, boxes and triangles under a single instance.
+// Acceleration structures: boxes and triangles, and instances of them.
 #pragma once
 
 #include "renderer/vulkan/buffer.h"
-#include "volume/volume.h"
 
 namespace blockwalk {
 
@@ -19,10 +17,9 @@ struct AccelerationStructure {
 constexpr float kBoxSlack = 1.0f / 1024;
 AccelerationStructure buildUnitBox(Device& device);
 
-// A top-level structure: block i is instance i, masked by its range mask, in the level's index space.
-// At most Device::maxInstances() blocks.
-AccelerationStructure buildBlockInstances(Device& device, const AccelerationStructure& unit_box, const Level& level,
-                                          int block_voxels);
+// A top-level structure of VkAccelerationStructureInstanceKHR[], each of a bottom-level structure by its address.
+AccelerationStructure buildInstances(Device& device, const Buffer& instances, std::uint32_t count);
+std::uint64_t addressOf(const Device& device, const AccelerationStructure& structure);
 
 // Bottom-level structures, compacted (Wald et al. 2021, 4.2.3). Boxes are VkAabbPositionsKHR; triangles three vertices
 // of three floats each, opaque. `count` is at least 1. Throws ViewError above

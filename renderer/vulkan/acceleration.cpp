@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/find/acceleration.h"
+#include "renderer/vulkan/acceleration.h"
 
 #include <fmt/format.h>
 
@@ -7,10 +7,6 @@
 
 namespace blockwalk {
 namespace {
-
-std::uint64_t addressOf(const Device& device, const AccelerationStructure& structure) {
-  return device.handle().getAccelerationStructureAddressKHR({.accelerationStructure = *structure.handle});
-}
 
 AccelerationStructure allocate(Device& device, vk::AccelerationStructureTypeKHR type, std::uint64_t bytes) {
   AccelerationStructure structure;
@@ -72,13 +68,6 @@ AccelerationStructure buildCompacted(Device& device, const vk::AccelerationStruc
                                  vk::BuildAccelerationStructureFlagBitsKHR::eAllowCompaction));
 }
 
-AccelerationStructure buildInstances(Device& device, const Buffer& instances, std::uint32_t count) {
-  vk::AccelerationStructureGeometryKHR geometry{.geometryType = vk::GeometryTypeKHR::eInstances};
-  geometry.geometry.instances = vk::AccelerationStructureGeometryInstancesDataKHR{};
-  geometry.geometry.instances.data.deviceAddress = instances.address();
-  return build(device, vk::AccelerationStructureTypeKHR::eTopLevel, geometry, count);
-}
-
 vk::AccelerationStructureGeometryKHR boxGeometry(const Buffer& boxes) {
   vk::AccelerationStructureGeometryKHR geometry{.geometryType = vk::GeometryTypeKHR::eAabbs};
   geometry.geometry.aabbs = vk::AccelerationStructureGeometryAabbsDataKHR{.stride = sizeof(vk::AabbPositionsKHR)};
@@ -87,6 +76,17 @@ vk::AccelerationStructureGeometryKHR boxGeometry(const Buffer& boxes) {
 }
 
 }  // namespace
+
+std::uint64_t addressOf(const Device& device, const AccelerationStructure& structure) {
+  return device.handle().getAccelerationStructureAddressKHR({.accelerationStructure = *structure.handle});
+}
+
+AccelerationStructure buildInstances(Device& device, const Buffer& instances, std::uint32_t count) {
+  vk::AccelerationStructureGeometryKHR geometry{.geometryType = vk::GeometryTypeKHR::eInstances};
+  geometry.geometry.instances = vk::AccelerationStructureGeometryInstancesDataKHR{};
+  geometry.geometry.instances.data.deviceAddress = instances.address();
+  return build(device, vk::AccelerationStructureTypeKHR::eTopLevel, geometry, count);
+}
 
 AccelerationStructure buildUnitBox(Device& device) {
   const Buffer box(device, sizeof(vk::AabbPositionsKHR), BufferUse::instances);
@@ -97,26 +97,6 @@ AccelerationStructure buildUnitBox(Device& device) {
                                            .maxY = 1 + kBoxSlack,
                                            .maxZ = 1 + kBoxSlack};
   return build(device, vk::AccelerationStructureTypeKHR::eBottomLevel, boxGeometry(box), 1);
-}
-
-AccelerationStructure buildBlockInstances(Device& device, const AccelerationStructure& unit_box, const Level& level,
-                                          int block_voxels) {
-  BLOCKWALK_CHECK(level.blocks.size(), <=, device.maxInstances());
-  const Buffer instances(device, level.blocks.size() * sizeof(VkAccelerationStructureInstanceKHR),
-                         BufferUse::instances);
-  const auto records = instances.mappedAs<VkAccelerationStructureInstanceKHR>();
-  const std::uint64_t box = addressOf(device, unit_box);
-  const auto side = static_cast<float>(block_voxels);
-  for (std::size_t i = 0; i < level.blocks.size(); ++i) {
-    const glm::vec3 corner = level.blocks[i].origin * block_voxels;
-    records[i] = {.transform = {{{side, 0, 0, corner.x}, {0, side, 0, corner.y}, {0, 0, side, corner.z}}},
-                  .instanceCustomIndex = 0,
-                  .mask = level.blocks[i].range_mask,
-                  .instanceShaderBindingTableRecordOffset = 0,
-                  .flags = 0,
-                  .accelerationStructureReference = box};
-  }
-  return buildInstances(device, instances, static_cast<std::uint32_t>(level.blocks.size()));
 }
 
 AccelerationStructure buildBoxes(Device& device, const Buffer& boxes, std::uint32_t count) {

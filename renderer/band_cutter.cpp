@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/band_cutter.h"
+
+#include <algorithm>
+
+#include "shaders/kernel_interface.h"
+#include "view/view.h"
+
+namespace blockwalk {
+namespace {
+
+constexpr int kMostGrowth = 4;  // from a band to the next, and from some samples to more
+constexpr double kLongShare = 0.25;
+constexpr double kDecay = 0.9;  // of what was slow once, a frame
+constexpr std::size_t kMostTimes = 1024;
+
+}  // namespace
+
+BandCutter::BandCutter(const BandLimits& limits) : limits_(limits), ms_per_pixel_(limits.ms_per_pixel) { cutRows(); }
+
+void BandCutter::cutRows() {
+  const auto width = static_cast<std::size_t>(limits_.width);
+  const int most_rows = static_cast<int>(std::max<std::size_t>(1, kMaxBandPixels / width));
+  int rows = gpu::kGroupSide;
+  if (ms_per_pixel_) {
+    const double fitting = limits_.band_ms / (*ms_per_pixel_ * static_cast<double>(width));
+    rows = static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(kMaxImageSide)));
+    rows = (rows + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide;
+  }
+  // A cheap band of sky must not make the next one long.
+  if (last_rows_ > 0) rows = std::min(rows, kMostGrowth * last_rows_);
+  band_.row_count = std::min({rows, most_rows, limits_.height - band_.row_begin});
+  band_.sample_begin = limits_.sample_begin;
+  band_.sample_count = 1;
+}
+
+bool BandCutter::ran(double ms) {
+  const double pixels = static_cast<double>(limits_.width) * band_.row_count;
+  ms_per_pixel_ = std::max(ms, 1e-4) / (pixels * band_.sample_count);
+  if (ms >= kLongShare * limits_.band_ms) slowest_ = std::max(slowest_, *ms_per_pixel_);
+  total_ms_ += std::max(ms, 1e-4);
+  total_pixels_ += pixels * band_.sample_count;
+  band_.sample_begin += band_.sample_count;
+  if (band_.sample_begin < limits_.sample_end) {
+    const double fitting =
+        std::min(limits_.band_ms / (*ms_per_pixel_ * pixels), static_cast<double>(kMostGrowth) * band_.sample_count);
+    band_.sample_count = std::clamp(static_cast<int>(fitting), 1, limits_.sample_end - band_.sample_begin);
+    return false;
+  }
+  last_rows_ = band_.row_count;
+  band_.row_begin += band_.row_count;
+  if (!isDone()) cutRows();
+  return true;
+}
+
+std::optional<double> BandTimes::find(std::uint64_t volume, const KernelKey& key) const {
+  const auto found = ms_per_pixel_.find({volume, key});
+  return found == ms_per_pixel_.end() ? std::nullopt : std::optional(std::max(found->second, floor_));
+}
+
+void BandTimes::note(std::uint64_t volume, const KernelKey& key, double ms_per_pixel) {
+  // Clients choose the keys. To begin small once more costs little.
+  if (ms_per_pixel_.size() >= kMostTimes) ms_per_pixel_.clear();
+  double& kept = ms_per_pixel_[{volume, key}];
+  kept = std::max(ms_per_pixel, kDecay * kept);
+}
+
+void BandTimes::forget(std::uint64_t volume) {
+  std::erase_if(ms_per_pixel_, [volume](const auto& entry) { return entry.first.first == volume; });
+}
+
+}  // namespace blockwalk

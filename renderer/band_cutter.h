@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cuts a frame into dispatches of about one time: bands of rows and, of many samples, some of a band's at a time.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+
+#include "renderer/band_runner.h"
+
+namespace blockwalk {
+
+// A band has at most so many pixels, so that its buffers are bounded.
+constexpr std::size_t kMaxBandPixels = std::size_t{1} << 22;
+
+struct BandLimits {
+  int width = 0;
+  int height = 0;
+  int sample_begin = 0;
+  int sample_end = 1;
+  double band_ms = 25;
+  std::optional<double> ms_per_pixel{};  // that is to be expected; none: the first band is one row of workgroups
+};
+
+class BandCutter {
+ public:
+  explicit BandCutter(const BandLimits& limits);
+
+  // What comes next. There must be something.
+  const Band& next() const { return band_; }
+  // It took so many device milliseconds. True where the band has all its samples.
+  bool ran(double ms);
+  bool isDone() const { return band_.row_begin >= limits_.height; }
+  // What to expect of the next frame: the slowest dispatch's that was not short, or the mean of all. Some must have
+  // run.
+  double expectedMsPerPixel() const { return slowest_ > 0 ? slowest_ : total_ms_ / total_pixels_; }
+
+ private:
+  void cutRows();
+
+  BandLimits limits_;
+  Band band_;
+  int last_rows_ = 0;
+  std::optional<double> ms_per_pixel_;
+  double slowest_ = 0;  // of those that took a good part of a band's time: the others mostly measure their own start
+  double total_ms_ = 0;
+  double total_pixels_ = 0;
+};
+
+// What a pixel is to take, by volume and kernel. Views differ, and a cheap frame must not make the first band of the
+// next one long: the slowest dispatch of the last frames counts, and what none of them was slow at is not thought to be
+// cheaper than a floor.
+class BandTimes {
+ public:
+  explicit BandTimes(double floor_ms_per_pixel) : floor_(floor_ms_per_pixel) {}
+
+  std::optional<double> find(std::uint64_t volume, const KernelKey& key) const;
+  void note(std::uint64_t volume, const KernelKey& key, double ms_per_pixel);
+  void forget(std::uint64_t volume);
+
+ private:
+  double floor_;
+  std::map<std::pair<std::uint64_t, KernelKey>, double> ms_per_pixel_;
+};
+
+}  // namespace blockwalk

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/bind.h"
+
+#include "renderer/plan/frame_params.h"
+#include "renderer/resident/parts.h"
+
+namespace blockwalk {
+namespace {
+
+gpu::DrawnChannel& channelOf(const Need& need, const Plan& plan, gpu::FrameParams& params) {
+  const auto found = std::ranges::find(plan.channels, static_cast<std::size_t>(need.channel), &ChannelPlan::channel);
+  return params.channels[found - plan.channels.begin()];
+}
+
+void bindTable(const ResidentTable& table, gpu::DrawnChannel& params) {
+  params.table = table.entries.address();
+  params.integrals = table.integrals.address();
+  params.table_scale = table.scale;
+  params.table_first = table.first;
+  params.table_last = table.last;
+}
+
+void bindRegion(const ResidentRegion& region, const Need& need, BoundFrame& bound) {
+  bound.params.cell_states = region.states.address();
+  bound.params.boxes = region.boxes.address();
+  bound.params.cell_dims = region.cell_dims;
+  bound.params.cell_voxels = static_cast<float>(need.cell_voxels);
+  bound.build = region.build;
+  bound.instances = *region.top.handle;
+}
+
+void bindPart(const Need& need, const Plan& plan, const Pins& pins, BoundFrame& bound) {
+  gpu::FrameParams& params = bound.params;
+  switch (need.part) {
+    case Part::blocks:
+      channelOf(need, plan, params).blocks = pins.get<ResidentBlocks>(need).records.address();
+      return;
+    case Part::visible_cells:
+      channelOf(need, plan, params).cells = pins.get<ResidentCells>(need).cells.address();
+      return;
+    case Part::empty:
+      channelOf(need, plan, params).empty = pins.get<ResidentEmpty>(need).voxels.address();
+      return;
+    case Part::table:
+      return bindTable(pins.get<ResidentTable>(need), channelOf(need, plan, params));
+    case Part::grid: {
+      const auto& grid = pins.get<ResidentGrid>(need);
+      params.grid_tiles = grid.tiles.address();
+      params.grid_cells = grid.cells.address();
+      params.tile_dims = grid.tile_dims;
+      return;
+    }
+    case Part::octree:
+      params.octree = pins.get<ResidentOctree>(need).nodes.address();
+      params.octree_depth = pins.get<ResidentOctree>(need).depth;
+      return;
+    case Part::instances:
+      bound.instances = *pins.get<ResidentInstances>(need).top.handle;
+      return;
+    case Part::clusters:
+    case Part::boundary:
+      return bindRegion(pins.get<ResidentRegion>(need), need, bound);
+    case Part::voxels:  // by the records of blocks
+    case Part::masks:   // what is made of them
+    case Part::macrocells:
+    case Part::sums:
+      return;
+  }
+}
+
+}  // namespace
+
+BoundFrame bind(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const Pins& pins) {
+  BoundFrame bound{.params = makeFrameParams(view, info, plan)};
+  for (const Need& need : plan.needs) bindPart(need, plan, pins, bound);
+  return bound;
+}
+
+}  // namespace blockwalk

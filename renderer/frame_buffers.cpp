@@ -1,0 +1,40 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/frame_buffers.h"
+
+#include "shaders/kernel_interface.h"
+#include "view/frame_order.h"
+
+namespace blockwalk {
+namespace {
+
+// As many as are usually under way at once.
+constexpr std::size_t kMostIdle = 4;
+
+void growTo(Device& device, Buffer& buffer, std::uint64_t bytes, BufferUse use) {
+  if (buffer.bytes() >= bytes) return;
+  buffer = {};  // first: both may not fit
+  buffer = Buffer(device, bytes, use);
+}
+
+}  // namespace
+
+FrameBuffers FrameBufferPool::take(const Sizes& sizes) {
+  FrameBuffers buffers;
+  if (!idle_.empty()) {
+    buffers = std::move(idle_.front());
+    idle_.pop_front();
+  }
+  growTo(device_, buffers.params, sizeof(gpu::FrameParams), BufferUse::upload);
+  growTo(device_, buffers.counters, sizeof(gpu::GpuCounters), BufferUse::readback);
+  growTo(device_, buffers.pixels, sizes.pixels * sizeof(std::uint32_t), BufferUse::readback);
+  if (sizes.sums) growTo(device_, buffers.sums, sizes.pixels * kSumBytes, BufferUse::resident);
+  if (sizes.probes) growTo(device_, buffers.probes, sizes.pixels * sizeof(gpu::GpuProbe), BufferUse::readback);
+  return buffers;
+}
+
+void FrameBufferPool::give(FrameBuffers buffers) {
+  if (idle_.size() == kMostIdle) idle_.pop_back();
+  idle_.push_front(std::move(buffers));
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: Apache-2.0
+// What the kernel writes of a frame under way, and the frame's own numbers. A frame has its own as long as it is drawn;
+// after that the next takes them.
+#pragma once
+
+#include <cstddef>
+#include <list>
+
+#include "renderer/vulkan/buffer.h"
+
+namespace blockwalk {
+
+struct FrameBuffers {
+  Buffer params;    // gpu::FrameParams
+  Buffer counters;  // gpu::GpuCounters
+  Buffer pixels;    // of a band
+  Buffer sums;
+  Buffer probes;
+};
+
+class FrameBufferPool {
+ public:
+  struct Sizes {
+    std::size_t pixels = 0;  // of a band
+    bool sums = false;
+    bool probes = false;
+  };
+
+  explicit FrameBufferPool(Device& device) : device_(device) {}
+
+  // At least so large. Throws DeviceError.
+  FrameBuffers take(const Sizes& sizes);
+  void give(FrameBuffers buffers);
+  // Lets go of all that no frame has.
+  void drop() { idle_.clear(); }
+
+ private:
+  Device& device_;
+  std::list<FrameBuffers> idle_;  // the last given back comes first
+};
+
+}  // namespace blockwalk

@@ -1,0 +1,75 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/part_maker.h"
+
+#include "renderer/find/finder_parts.h"
+#include "renderer/resident/records.h"
+#include "renderer/resident/voxels.h"
+
+namespace blockwalk {
+namespace {
+
+// Another part of the same level and channel.
+Need sibling(const Need& need, Part part) {
+  return {.part = part, .level = need.level, .form = need.form, .apron = need.apron, .channel = need.channel};
+}
+
+Need ofLevel(const Need& need, Part part) {
+  return {.part = part, .level = need.level, .form = need.form, .apron = need.apron};
+}
+
+}  // namespace
+
+PartMaker::PartMaker(Device& device, std::uint64_t chunk_bytes)
+    : device_(device), chunk_bytes_(chunk_bytes), visible_cells_(device), regions_(device) {
+  if (device.rayQuery()) unit_box_ = buildUnitBox(device);
+}
+
+std::unique_ptr<Making> PartMaker::begin(const StoredVolume& volume, const Need& need, const Pins& inputs) {
+  const auto voxels = [&] { return inputs.share<ResidentVoxels>(sibling(need, Part::voxels)); };
+  const auto any_voxels = [&] { return inputs.shareAnyVoxels<ResidentVoxels>(need); };
+  const auto blocks = [&] { return inputs.share<ResidentBlocks>(sibling(need, Part::blocks)); };
+  const auto masks = [&] { return inputs.share<ResidentMasks>(sibling(need, Part::masks)); };
+  switch (need.part) {
+    case Part::voxels:
+      return makeVoxels(device_, volume, need, chunk_bytes_);
+    case Part::blocks:
+      return makeBlocks(device_, volume, voxels());
+    case Part::masks:
+      return makeMasks(device_, voxels());
+    case Part::visible_cells:
+      return visible_cells_.make(volume, need, blocks(), masks());
+    case Part::empty:
+      return makeEmpty(device_, volume, need);
+    case Part::table:
+      return makeTable(device_, volume, need);
+    case Part::grid:
+      return makeGrid(device_, volume, any_voxels());
+    case Part::octree:
+      return makeOctree(device_, volume, need, any_voxels());
+    case Part::instances:
+      return makeInstances(device_, volume, unit_box_, any_voxels());
+    case Part::macrocells:
+      return regions_.makeMacrocells(volume, need, blocks(), masks(),
+                                     inputs.share<ResidentGrid>(ofLevel(need, Part::grid)));
+    case Part::clusters:
+    case Part::boundary:
+      return beginRegion(volume, need, inputs);
+    case Part::sums:
+      break;  // frames make them
+  }
+  BLOCKWALK_CHECK(static_cast<int>(need.part), <, static_cast<int>(Part::sums));
+  return nullptr;
+}
+
+std::unique_ptr<Making> PartMaker::beginRegion(const StoredVolume& volume, const Need& need, const Pins& inputs) {
+  std::vector<std::shared_ptr<const ResidentMacrocells>> macrocells;
+  for (const RegionChannel& drawn : need.region) {
+    Need of_channel = ofLevel(need, Part::macrocells);
+    of_channel.channel = drawn.channel;
+    of_channel.cell_voxels = need.cell_voxels;
+    macrocells.push_back(inputs.share<ResidentMacrocells>(of_channel));
+  }
+  return regions_.makeRegion(volume, need, std::move(macrocells));
+}
+
+}  // namespace blockwalk

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+// Begins the making of every kind of part: what it is made of is found among the parts that were needed before it.
+#pragma once
+
+#include "renderer/find/active_region.h"
+#include "renderer/resident/visible_cells.h"
+
+namespace blockwalk {
+
+class PartMaker {
+ public:
+  // `chunk_bytes` is the size of one allocation of voxels.
+  PartMaker(Device& device, std::uint64_t chunk_bytes);
+
+  // Residency::Begin. It outlives what it makes.
+  std::unique_ptr<Making> begin(const StoredVolume& volume, const Need& need, const Pins& inputs);
+  // Memory that the next making would begin with goes back.
+  void dropSpare() { regions_.dropSpare(); }
+
+ private:
+  std::unique_ptr<Making> beginRegion(const StoredVolume& volume, const Need& need, const Pins& inputs);
+
+  Device& device_;
+  std::uint64_t chunk_bytes_;
+  AccelerationStructure unit_box_;
+  VisibleCells visible_cells_;
+  ActiveRegions regions_;
+};
+
+}  // namespace blockwalk

@@ -1,0 +1,209 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/planned_frame.h"
+
+#include <algorithm>
+#include <chrono>
+#include <utility>
+
+namespace blockwalk {
+namespace {
+
+// Of a pixel on the host: what it holds, a copy that is encoded, and the reply.
+constexpr std::size_t kHostPixelBytes = 24;
+
+std::uint64_t sum(const gpu::uint (&words)[2]) { return words[0] | std::uint64_t{words[1]} << 32; }
+
+void fillBackground(const ResolvedView& view, Frame& frame) {
+  const auto& b = view.background;
+  const std::uint32_t pixel =
+      b[3] == 0 ? 0 : b[0] | std::uint32_t{b[1]} << 8 | std::uint32_t{b[2]} << 16 | std::uint32_t{b[3]} << 24;
+  std::ranges::fill(frame.pixels, pixel);
+}
+
+bool isRegion(Part part) { return part == Part::clusters || part == Part::boundary; }
+
+}  // namespace
+
+PlannedFrame::PlannedFrame(FrameTools& tools, const VulkanVolume& volume, Plan plan, const FrameOrder& order)
+    : tools_(tools),
+      volume_(volume),
+      order_(order),
+      plan_(std::move(plan)),
+      values_(order.view, volume.info()),
+      sample_end_(order.step ? order.step->end : order.view.samples) {
+  describe();
+  if (order.rebuild) {
+    tools.residency.drop(
+        [serial = volume.serial()](std::uint64_t of, const Need& need) { return of == serial && isRegion(need.part); });
+  }
+}
+
+PlannedFrame::~PlannedFrame() {
+  if (is_begun_) tools_.buffers.give(std::move(buffers_));
+}
+
+void PlannedFrame::describe() {
+  const ResolvedView& view = order_.view;
+  const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+  frame_.width = view.width;
+  frame_.height = view.height;
+  RenderStats& stats = frame_.stats;
+  stats.rays = pixels * static_cast<std::size_t>(sample_end_);
+  stats.finder = finderName(static_cast<Finder>(plan_.key.finder));
+  const bool skips = plan_.key.finder != gpu::kFinderNone;
+  stats.walk = view.walk && skips;
+  stats.cull = view.cull && skips;
+  stats.level = plan_.level;
+  stats.kernel = plan_.is_blank ? "blank" : blockwalk::describe(plan_.key);
+}
+
+bool PlannedFrame::advance() {
+  const auto start = std::chrono::steady_clock::now();
+  const bool more = advanceWork();
+  frame_.stats.total_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
+  if (!more) finish();
+  return more;
+}
+
+bool PlannedFrame::advanceWork() {
+  if (isCancelled()) {
+    frame_.cancelled = true;
+    return false;
+  }
+  if (!makeResident()) return true;
+  if (order_.prepare_only) return false;
+  if (!is_begun_) begin();
+  if (plan_.is_blank) return false;
+  drawOne();
+  return !cutter_->isDone();
+}
+
+// What is there is taken at once; of what is not, one piece a call. True once all is there.
+bool PlannedFrame::makeResident() {
+  for (bool worked = false; next_need_ < plan_.needs.size(); ++next_need_) {
+    const Need& need = plan_.needs[next_need_];
+    std::shared_ptr<const Slot> slot = tools_.residency.find(volume_.serial(), need);
+    if (slot == nullptr) {
+      if (worked) return false;
+      worked = true;
+      waits_for_ = tools_.residency.advance(volume_.stored(), need, pins_);
+      if (waits_for_->resident == nullptr) return false;
+      slot = std::move(waits_for_);
+      made_region_ = made_region_ || isRegion(need.part);
+    }
+    waits_for_.reset();
+    pins_.add(need, std::move(slot));
+  }
+  return true;
+}
+
+void PlannedFrame::begin() {
+  const ResolvedView& view = order_.view;
+  const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+  tools_.device.memory().requireOfHost(pixels * kHostPixelBytes, "a picture");
+  values_.prepare(frame_);
+  if (order_.probe) frame_.probes.resize(pixels);
+  if (plan_.is_blank) {
+    if (isPicture(view.output)) fillBackground(view, frame_);
+    return;
+  }
+  takeSums();
+  const bool sums = plan_.key.antialias != 0 && kept_ == nullptr;
+  buffers_ =
+      tools_.buffers.take({.pixels = std::min(pixels, kMaxBandPixels), .sums = sums, .probes = plan_.key.probe != 0});
+  is_begun_ = true;
+  kernel_ = tools_.kernels.choose(plan_.key, plan_.kernel);
+  if (kernel_.general) frame_.stats.kernel = "general " + frame_.stats.kernel;
+  bound_ = bind(view, volume_.info(), plan_, pins_);
+  bound_.build.rebuilt = made_region_;
+  bound_.params.pixels = buffers_.pixels.address();
+  bound_.params.sums = sums ? buffers_.sums.address() : 0;
+  bound_.params.probes = plan_.key.probe != 0 ? buffers_.probes.address() : 0;
+  bound_.params.counters = buffers_.counters.address();
+  buffers_.params.mappedAs<gpu::FrameParams>()[0] = bound_.params;
+  buffers_.counters.mappedAs<gpu::GpuCounters>()[0] = {};
+  if (sample_begin_ > 0) {
+    buffers_.counters.mappedAs<gpu::GpuCounters>()[0] = kept_->counters;
+    frame_.stats.gpu_ms = kept_->gpu_ms;
+    frame_.stats.total_ms += kept_->total_ms;
+  }
+  frame_.samples_drawn = sample_end_ - sample_begin_;
+  frame_.stats.finder_build = bound_.build;
+  cutter_.emplace(BandLimits{.width = view.width,
+                             .height = view.height,
+                             .sample_begin = sample_begin_,
+                             .sample_end = sample_end_,
+                             .band_ms = tools_.band_ms,
+                             .ms_per_pixel = tools_.times.find(volume_.serial(), plan_.key)});
+}
+
+// Which samples are to be drawn, and where their sums are: kept for the whole picture, or else a band's alone.
+void PlannedFrame::takeSums() {
+  if (!order_.step) return;
+  const SampleStep& step = *order_.step;
+  BLOCKWALK_CHECK(step.begin, >=, 0);
+  BLOCKWALK_CHECK(step.end, >, step.begin);
+  BLOCKWALK_CHECK(step.end, <=, order_.view.samples);
+  if (plan_.key.antialias == 0) return;
+  kept_ = tools_.kept_sums.take(step, volume_.serial(), order_.view);
+  if (kept_ != nullptr) sample_begin_ = kept_->samples;
+}
+
+void PlannedFrame::drawOne() {
+  const Band band = cutter_->next();
+  if (kept_ != nullptr) {
+    // The kernel counts pixels from the band's first. No dispatch is under way that reads this.
+    const std::uint64_t first = static_cast<std::uint64_t>(frame_.width) * static_cast<std::uint64_t>(band.row_begin);
+    buffers_.params.mappedAs<gpu::FrameParams>()[0].sums = kept_->sums.address() + first * kSumBytes;
+  }
+  const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
+  const double ms = tools_.bands.run(kernel_, plan_, frame_.width, band, buffers_.params.address(), set);
+  frame_.stats.gpu_ms += ms;
+  if (cutter_->ran(ms)) readBand(band);
+}
+
+void PlannedFrame::readBand(const Band& band) {
+  const auto width = static_cast<std::size_t>(frame_.width);
+  const std::size_t pixels = width * static_cast<std::size_t>(band.row_count);
+  const auto first = static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(band.row_begin));
+  const auto words = buffers_.pixels.mappedAs<std::uint32_t>().first(pixels);
+  if (isPicture(frame_.output)) {
+    std::ranges::copy(words, frame_.pixels.begin() + first);
+  } else {
+    values_.fromWords(words, band.row_begin, frame_);
+  }
+  if (!order_.probe) return;
+  const auto probes = buffers_.probes.mappedAs<gpu::GpuProbe>().first(pixels);
+  std::ranges::transform(probes, frame_.probes.begin() + first, [](const gpu::GpuProbe& p) {
+    return Probe{.x = p.voxel.x, .y = p.voxel.y, .z = p.voxel.z, .blocks = p.blocks, .t = p.t};
+  });
+}
+
+void PlannedFrame::finish() {
+  if (cutter_ && !frame_.cancelled) tools_.times.note(volume_.serial(), plan_.key, cutter_->expectedMsPerPixel());
+  if (is_begun_) {
+    const gpu::GpuCounters& counters = buffers_.counters.mappedAs<gpu::GpuCounters>()[0];
+    RenderStats& stats = frame_.stats;
+    stats.queries = sum(counters.queries);
+    stats.block_visits = sum(counters.block_visits);
+    stats.subblock_visits = sum(counters.subblock_visits);
+    stats.voxel_steps = sum(counters.voxel_steps);
+    stats.loop_bound_hits = sum(counters.loop_bound_hits);
+    stats.non_finite = sum(counters.non_finite);
+    // Until a step is whole some bands have more samples than others: what is cancelled is not kept.
+    if (kept_ != nullptr && !frame_.cancelled && sample_end_ < order_.view.samples) {
+      kept_->samples = sample_end_;
+      kept_->counters = counters;
+      kept_->gpu_ms = stats.gpu_ms;
+      kept_->total_ms = stats.total_ms;
+      tools_.kept_sums.keep(std::move(kept_));
+    }
+    tools_.buffers.give(std::exchange(buffers_, {}));
+    is_begun_ = false;
+  }
+  kept_.reset();
+  waits_for_.reset();
+  pins_.clear();
+}
+
+}  // namespace blockwalk

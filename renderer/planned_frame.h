@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: Apache-2.0
+// One plan on its way to a frame: first every part that it needs is made resident, or found to be, and stays so; then
+// the kernel runs band by band and sample by sample, so that no dispatch is long. Of a refinement it draws the samples
+// that are new and adds them to the sums that were kept.
+#pragma once
+
+#include <optional>
+
+#include "renderer/band_cutter.h"
+#include "renderer/bind.h"
+#include "renderer/frame_buffers.h"
+#include "renderer/plan/output_values.h"
+#include "renderer/resident/kept_sums.h"
+#include "renderer/vulkan_volume.h"
+
+namespace blockwalk {
+
+// What all frames of a renderer share.
+struct FrameTools {
+  Device& device;
+  double band_ms;
+  Kernels kernels;
+  BandRunner bands;
+  Residency residency;
+  KeptSums kept_sums;
+  FrameBufferPool buffers;
+  BandTimes times;
+};
+
+class PlannedFrame {
+ public:
+  // All outlive it. `order.view` is what is drawn.
+  PlannedFrame(FrameTools& tools, const VulkanVolume& volume, Plan plan, const FrameOrder& order);
+  ~PlannedFrame();
+  PlannedFrame(const PlannedFrame&) = delete;
+  PlannedFrame& operator=(const PlannedFrame&) = delete;
+
+  // A part, a piece of one, or a dispatch. True while there is more.
+  bool advance();
+  // Once there is no more.
+  Frame take() { return std::move(frame_); }
+
+ private:
+  bool isCancelled() const { return order_.cancel != nullptr && order_.cancel->load(std::memory_order_relaxed); }
+  bool advanceWork();
+  void describe();
+  bool makeResident();
+  void begin();
+  void takeSums();
+  void drawOne();
+  void readBand(const Band& band);
+  void finish();
+
+  FrameTools& tools_;
+  const VulkanVolume& volume_;
+  const FrameOrder& order_;
+  Plan plan_;
+  OutputValues values_;
+  Frame frame_;
+
+  std::size_t next_need_ = 0;
+  Pins pins_;
+  std::shared_ptr<const Slot> waits_for_;  // the part in the making, which does not give way meanwhile
+  bool made_region_ = false;
+
+  bool is_begun_ = false;
+  FrameBuffers buffers_;
+  Kernels::Kernel kernel_;
+  BoundFrame bound_;
+  int sample_begin_ = 0;
+  int sample_end_ = 1;
+  std::unique_ptr<KeptPicture> kept_;  // sums of the whole picture; null: of a band alone
+  std::optional<BandCutter> cutter_;
+};
+
+}  // namespace blockwalk

@@ -1,0 +1,99 @@
+// SPDX-License-Identifier: Apache-2.0
+// The kinds of what is resident (Part), as those that draw read them.
+#pragma once
+
+#include "renderer/resident/pins.h"
+#include "renderer/vulkan/acceleration.h"
+#include "renderer/vulkan/buffer.h"
+#include "view/frame.h"
+#include "volume/volume.h"
+
+namespace blockwalk {
+
+// Of a channel of a level: all voxels, block after block.
+struct ResidentVoxels final : Resident {
+  std::vector<Buffer> chunks;                  // no block crosses from one to the next
+  std::vector<std::uint64_t> block_addresses;  // on the device
+  Level records;                               // on the host, with the ranges of the ring where there is one
+  int exponent = 0;                            // of densities on the device (renderer/plan/density_scale.h)
+
+  std::uint64_t bytes() const override {
+    std::uint64_t sum = 0;
+    for (const Buffer& chunk : chunks) sum += chunk.bytes();
+    return sum;
+  }
+};
+
+struct ResidentBlocks final : Resident {
+  Buffer records;                                // gpu::GpuBlock[]
+  std::shared_ptr<const ResidentVoxels> voxels;  // whose addresses they hold
+  std::uint64_t bytes() const override { return records.bytes(); }
+};
+
+struct ResidentMasks final : Resident {
+  Buffer records;  // gpu::GpuSubblock[]
+  std::uint32_t count = 0;
+  std::uint64_t bytes() const override { return records.bytes(); }
+};
+
+// Which cells of a channel's subblocks may show something in a range (shaders/visible_cells.comp).
+struct ResidentCells final : Resident {
+  Buffer cells;  // uint[2][], one a subblock
+  std::uint64_t bytes() const override { return cells.bytes(); }
+};
+
+// Voxels of one subblock that is empty everywhere.
+struct ResidentEmpty final : Resident {
+  Buffer voxels;
+  std::uint64_t bytes() const override { return voxels.bytes(); }
+};
+
+// A channel's baked transfer function (renderer/plan/transfer_table.h).
+struct ResidentTable final : Resident {
+  Buffer entries;
+  Buffer integrals;  // only for pre-integration
+  float scale = 1;
+  float first = 0;
+  float last = 0;
+  std::uint64_t bytes() const override { return entries.bytes() + integrals.bytes(); }
+};
+
+struct ResidentGrid final : Resident {
+  glm::ivec3 tile_dims{0};
+  Buffer tiles;
+  Buffer cells;
+  std::uint64_t bytes() const override { return tiles.bytes() + cells.bytes(); }
+};
+
+struct ResidentOctree final : Resident {
+  int depth = 1;
+  Buffer nodes;
+  std::uint64_t bytes() const override { return nodes.bytes(); }
+};
+
+struct ResidentInstances final : Resident {
+  AccelerationStructure top;
+  std::uint64_t bytes() const override { return top.storage.bytes(); }
+};
+
+// Ranges of a channel in larger cells (renderer/find/active_region.h).
+struct ResidentMacrocells final : Resident {
+  Buffer ranges;  // gpu::GpuSubblock[], x fastest
+  std::uint32_t occupied = 0;
+  std::uint64_t bytes() const override { return ranges.bytes(); }
+};
+
+// Clusters or boundary: the macrocells in which a view may show something.
+struct ResidentRegion final : Resident {
+  glm::ivec3 cell_dims{0};
+  Buffer states;  // uint8_t[], x fastest
+  Buffer boxes;   // clusters: vec3[2][], voxels
+  AccelerationStructure bottom;
+  AccelerationStructure top;
+  FinderBuild build;
+  std::uint64_t bytes() const override {
+    return states.bytes() + boxes.bytes() + bottom.storage.bytes() + top.storage.bytes();
+  }
+};
+
+}  // namespace blockwalk

@@ -1,0 +1,16 @@
+// SPDX-License-Identifier: Apache-2.0
+// Brings to the device what the kernel reads beside voxels: records of blocks and subblocks, the empty subblock, and
+// transfer functions.
+#pragma once
+
+#include "renderer/resident/parts.h"
+
+namespace blockwalk {
+
+std::unique_ptr<Making> makeBlocks(Device& device, const StoredVolume& volume,
+                                   std::shared_ptr<const ResidentVoxels> voxels);
+std::unique_ptr<Making> makeMasks(Device& device, std::shared_ptr<const ResidentVoxels> voxels);
+std::unique_ptr<Making> makeEmpty(Device& device, const StoredVolume& volume, const Need& need);
+std::unique_ptr<Making> makeTable(Device& device, const StoredVolume& volume, const Need& need);
+
+}  // namespace blockwalk

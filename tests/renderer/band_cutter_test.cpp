@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/band_cutter.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <vector>
+
+namespace blockwalk {
+namespace {
+
+// What the device takes for a band.
+using Cost = std::function<double(const Band&)>;
+
+std::vector<Band> cutAll(const BandLimits& limits, const Cost& cost) {
+  std::vector<Band> bands;
+  for (BandCutter cutter(limits); !cutter.isDone();) {
+    bands.push_back(cutter.next());
+    cutter.ran(cost(cutter.next()));
+  }
+  return bands;
+}
+
+TEST(BandCutter, CoversEveryRowAndSampleOnceInOrder) {
+  for (const double ms_per_pixel : {1e-7, 1e-5, 1e-3, 1.0}) {
+    const BandLimits limits{.width = 97, .height = 203, .sample_begin = 2, .sample_end = 9};
+    const auto cost = [&](const Band& band) { return ms_per_pixel * 97 * band.row_count * band.sample_count; };
+    int row = 0, sample = 2;
+    for (const Band& band : cutAll(limits, cost)) {
+      EXPECT_EQ(band.row_begin, row);
+      EXPECT_EQ(band.sample_begin, sample);
+      EXPECT_GT(band.row_count, 0);
+      sample += band.sample_count;
+      if (sample == 9) {
+        sample = 2;
+        row += band.row_count;
+      }
+    }
+    EXPECT_EQ(row, 203);
+  }
+}
+
+TEST(BandCutter, BeginsWithOneRowOfGroupsWhereNothingIsKnown) {
+  const BandLimits limits{.width = 1024, .height = 768};
+  EXPECT_EQ(BandCutter(limits).next().row_count, gpu::kGroupSide);
+}
+
+TEST(BandCutter, NoBandTakesMuchLongerThanItsTimeWhereRowsCostTheSame) {
+  constexpr double kMsPerPixel = 2e-3;
+  for (const std::optional<double> expected : {std::optional<double>(), std::optional(kMsPerPixel)}) {
+    const BandLimits limits{.width = 1024, .height = 768, .band_ms = 25, .ms_per_pixel = expected};
+    const auto cost = [](const Band& band) { return kMsPerPixel * 1024 * band.row_count; };
+    for (const Band& band : cutAll(limits, cost)) EXPECT_LE(cost(band), 2 * 25);
+  }
+}
+
+// Two streams in turns: one looks past the volume, the other at it, by the same kernel.
+TEST(BandTimes, ACheapFrameDoesNotMakeTheNextOnesFirstBandLong) {
+  BandTimes times(1e-3);
+  const KernelKey key;
+  const auto draw = [&](double ms_per_pixel) {
+    const BandLimits limits{.width = 1024, .height = 768, .band_ms = 25, .ms_per_pixel = times.find(1, key)};
+    BandCutter cutter(limits);
+    const double first = ms_per_pixel * 1024 * cutter.next().row_count;
+    while (!cutter.isDone()) cutter.ran(ms_per_pixel * 1024 * cutter.next().row_count * cutter.next().sample_count);
+    times.note(1, key, cutter.expectedMsPerPixel());
+    return first;
+  };
+  for (int round = 0; round < 10; ++round) {
+    draw(1e-7);
+    EXPECT_LE(draw(2e-3), 2 * 25) << round;
+    draw(1e-7);
+    draw(1e-7);
+  }
+}
+
+TEST(BandTimes, AreAVolumesAndAKernelsOwn) {
+  BandTimes times(1e-4);
+  KernelKey lit;
+  lit.lit = 1;
+  times.note(1, {}, 1e-3);
+  EXPECT_EQ(times.find(1, {}), 1e-3);
+  times.note(3, {}, 1e-9);
+  EXPECT_EQ(times.find(3, {}), 1e-4);
+  EXPECT_EQ(times.find(2, {}), std::nullopt);
+  EXPECT_EQ(times.find(1, lit), std::nullopt);
+  times.forget(1);
+  EXPECT_EQ(times.find(1, {}), std::nullopt);
+}
+
+// A last band of one row mostly measures its own start.
+TEST(BandCutter, AShortBandSaysNothingOfTheNextFrame) {
+  const auto run = [](const BandLimits& limits) {
+    BandCutter cutter(limits);
+    while (!cutter.isDone()) cutter.ran(0.2 + 1e-5 * limits.width * cutter.next().row_count);
+    return cutter.expectedMsPerPixel();
+  };
+  EXPECT_LT(run({.width = 1024, .height = 2049, .band_ms = 10, .ms_per_pixel = 1e-5}), 2e-5);
+}
+
+}  // namespace
+}  // namespace blockwalk

@@ -1,0 +1,187 @@
+// SPDX-License-Identifier: Apache-2.0
+// Memory: what is shared by many who look, what gives way, what is refused.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <map>
+
+#include "tests/renderer/stage.h"
+#include "tests/renderer/synthetic.h"
+
+namespace blockwalk::test {
+namespace {
+
+class BudgetTest : public RendererTest {
+ protected:
+  void TearDown() override {
+    volume_.reset();
+    renderer_.reset();
+    EXPECT_EQ(messages_, std::vector<std::string>{});
+    RendererTest::TearDown();
+  }
+
+  void start(const std::filesystem::path& file, std::uint64_t budget, bool probes = false) {
+    volume_.reset();
+    DeviceOptions options;
+    options.validation = true;
+    options.memory_budget_bytes = budget;
+    options.probe_software = probes;
+    options.on_message = [this](const std::string& text) {
+      (text.starts_with("finder auto") ? notes_ : messages_).push_back(text);
+    };
+    renderer_ = createRenderer(options);
+    volume_ = renderer_->load(VolumeFile(file));
+  }
+
+  std::uint64_t used() const { return renderer_->device().memory_used_bytes; }
+
+  // After every piece no more is held than may be.
+  Frame drawWithin(const View& view, std::uint64_t budget) {
+    const auto frame = renderer_->begin(*volume_, {.view = resolveView(view, volume_->info())});
+    for (bool more = true; more;) {
+      more = frame->advance();
+      EXPECT_LE(used(), budget);
+    }
+    return frame->finish();
+  }
+
+  std::map<std::string, std::uint64_t> made() const {
+    std::map<std::string, std::uint64_t> counts;
+    for (const PartTotal& total : renderer_->parts()) counts[total.what] = total.made;
+    return counts;
+  }
+
+  std::vector<std::string> messages_;
+  std::vector<std::string> notes_;
+  std::unique_ptr<Renderer> renderer_;
+  std::unique_ptr<ResidentVolume> volume_;
+};
+
+TEST_F(BudgetTest, ManyWhoLookDoNotDriveOutEachOthersParts) {
+  start(buildFile(*makeSynthetic({.type = VoxelType::u8, .dims = {90, 80, 70}, .seed = 4})), 0);
+  const auto round = [&] {
+    for (int session = 0; session < 5; ++session) {
+      View view;
+      view.width = view.height = 40;
+      view.mode = Mode::mip;
+      view.channels[0].range = DensityRange{10.0 + 30 * session, 230};
+      view.channels[0].transfer_preset = session % 2 == 0 ? TransferPreset::viridis : TransferPreset::grey;
+      if (session == 4 && renderer_->device().ray_query) view.finder = Finder::boundary;
+      renderer_->render(*volume_, view, {});
+    }
+  };
+  round();
+  const auto first = made();
+  EXPECT_EQ(first.at("cells"), 5u);
+  EXPECT_EQ(first.at("table"), 5u);
+  for (int i = 0; i < 3; ++i) round();
+  EXPECT_EQ(made(), first);
+}
+
+TEST_F(BudgetTest, WalkingEverythingStaysWithinItAndIsRight) {
+  const auto file =
+      buildFile(*makeSynthetic({.type = VoxelType::u16, .dims = {120, 100, 80}, .seed = 5, .channels = 2}));
+  std::vector<View> views;
+  std::vector<Finder> finders{Finder::grid, Finder::octree};
+  if (renderer().device().ray_query) finders.insert(finders.end(), {Finder::query, Finder::clusters});
+  for (int level : {0, 1}) {
+    for (Filter filter : {Filter::nearest, Filter::linear}) {
+      for (Finder finder : finders) {
+        for (const std::vector<int>& drawn : {std::vector<int>{0}, {0, 1}}) {
+          View view;
+          view.width = view.height = 32;
+          view.level = level;
+          view.filter = filter;
+          view.finder = finder;
+          view.drawn = drawn;
+          views.push_back(view);
+        }
+      }
+    }
+  }
+  start(file, 0);
+  std::vector<Frame> expected;
+  for (const View& view : views) expected.push_back(renderer_->render(*volume_, view, {}));
+  const std::uint64_t everything = used();
+  const auto made_once = made();
+  const std::uint64_t budget = everything * 2 / 3;
+  start(file, budget);
+  for (int round = 0; round < 2; ++round) {
+    for (std::size_t i = 0; i < views.size(); ++i) {
+      EXPECT_EQ(drawWithin(views[i], budget).pixels, expected[i].pixels) << i;
+    }
+  }
+  EXPECT_GT(made().at("voxels"), made_once.at("voxels")) << "some had to give way";
+}
+
+TEST_F(BudgetTest, WhatDoesNotFitIsRefusedAndWhatDoesIsServed) {
+  const auto file = buildFile(*makeSynthetic({.type = VoxelType::f32, .dims = {120, 110, 100}, .seed = 5}));
+  View fine, coarse;
+  fine.width = fine.height = coarse.width = coarse.height = 24;
+  fine.level = 0;
+  coarse.level = 1;
+  start(file, 0);
+  const Frame expected = renderer_->render(*volume_, coarse, {});
+  const std::uint64_t budget = used() + (std::uint64_t{64} << 10);
+  ASSERT_GT(volume_->info().levels[0].voxel_bytes, budget);
+  start(file, budget);
+  for (int round = 0; round < 2; ++round) {
+    EXPECT_EQ(drawWithin(coarse, budget).pixels, expected.pixels);
+    try {
+      drawWithin(fine, budget);
+      ADD_FAILURE() << "it cannot fit";
+    } catch (const OutOfDeviceMemory& error) {
+      EXPECT_GE(error.needed_bytes, volume_->info().levels[0].voxel_bytes);
+      EXPECT_LT(error.free_bytes, error.needed_bytes);
+      EXPECT_LE(error.free_bytes, budget);
+    }
+  }
+}
+
+// A frame under way keeps what it uses: who needs more than is left beside it is refused, not it.
+TEST_F(BudgetTest, WhatAFrameUsesStaysUntilItEnds) {
+  const auto file = buildFile(*makeSynthetic({.type = VoxelType::u16, .dims = {120, 110, 100}, .seed = 5}));
+  View view, other;
+  view.width = other.width = 32;
+  view.height = other.height = 200;
+  view.level = other.level = 0;
+  other.filter = Filter::linear;
+  start(file, 0);
+  const Frame expected = renderer_->render(*volume_, view, {});
+  const Frame expected_other = renderer_->render(*volume_, other, {});
+  start(file, used() * 3 / 4);
+  const auto frame = renderer_->begin(*volume_, {.view = resolveView(view, volume_->info())});
+  while (renderer_->parts()[0].made == 0) ASSERT_TRUE(frame->advance());  // it has its voxels
+  EXPECT_THROW(renderer_->render(*volume_, other, {}), OutOfDeviceMemory);
+  while (frame->advance()) {
+  }
+  EXPECT_EQ(frame->finish().pixels, expected.pixels);
+  EXPECT_EQ(renderer_->render(*volume_, other, {}).pixels, expected_other.pixels);
+}
+
+TEST_F(BudgetTest, WhereTheInstancesDoNotFitTheGridServesAndNothingIsTriedAgain) {
+  if (!renderer().device().ray_query) GTEST_SKIP() << "this device has no ray queries";
+  BuildOptions small_blocks;
+  small_blocks.subblock_side = 4;
+  small_blocks.block_side = 1;
+  const auto file = buildFile(*makeSynthetic({.type = VoxelType::u8, .dims = {90, 80, 70}, .seed = 4}), small_blocks);
+  View view;
+  view.width = view.height = 48;
+  view.level = 0;
+  view.finder = Finder::grid;
+  start(file, 0);
+  const Frame expected = renderer_->render(*volume_, view, {});
+  start(file, used() + (std::uint64_t{32} << 10), true);
+  view.finder = Finder::automatic;
+  const Frame frame = renderer_->render(*volume_, view, {});
+  EXPECT_EQ(frame.pixels, expected.pixels);
+  EXPECT_EQ(frame.stats.finder, "grid");
+  EXPECT_EQ(notes_.size(), 1u);
+  const auto once = made();
+  EXPECT_EQ(renderer_->render(*volume_, view, {}).pixels, expected.pixels);
+  EXPECT_EQ(notes_.size(), 1u);
+  EXPECT_EQ(made(), once);
+}
+
+}  // namespace
+}  // namespace blockwalk::test
