@@ -6,6 +6,8 @@
 
 #include <utility>
 
+#include "volume/error.h"
+
 namespace blockwalk {
 namespace {
 
