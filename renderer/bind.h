@@ -2,11 +2,12 @@
 // Everything that the kernel reads of a frame, once its parts are resident.
 #pragma once
 
+#include <vulkan/vulkan_raii.hpp>
+
 #include "renderer/plan/plan.h"
 #include "renderer/resident/pins.h"
 #include "shaders/kernel_interface.h"
 #include "view/frame.h"
-#include "vulkan/vulkan.hpp"
 
 namespace blockwalk {
 
