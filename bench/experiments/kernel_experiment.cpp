@@ -11,6 +11,7 @@
 #include "bench/experiments/kernel_size.h"
 #include "bench/experiments/record.h"
 #include "bench/experiments/scene_files.h"
+#include "renderer/plan/plan.h"
 #include "renderer/plan/transfer_table.h"
 #include "shaders/kernel_interface.h"
 

@@ -2,88 +2,15 @@
 // The program itself: its command line, its signals, and the real renderer behind it.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
-#include <signal.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
-#include <array>
 #include <filesystem>
 #include <fstream>
 
-#include "running_server.h"
+#include "tests/server/daemon_process.h"
+#include "tests/server/running_server.h"
 
 namespace blockwalk {
 namespace {
-
-const char* const kDaemon = BLOCKWALK_BINARY_DIR "/blockwalkd";
-
-// A running program whose output, both streams together, is read through a pipe.
-class Process {
- public:
-  explicit Process(std::vector<std::string> arguments) {
-    std::array<int, 2> pipe_ends{};
-    EXPECT_EQ(pipe(pipe_ends.data()), 0);
-    arguments.insert(arguments.begin(), kDaemon);
-    std::vector<char*> pointers;
-    pointers.reserve(arguments.size() + 1);
-    for (std::string& argument : arguments) pointers.push_back(argument.data());
-    pointers.push_back(nullptr);
-    id_ = fork();
-    if (id_ == 0) {
-      dup2(pipe_ends[1], STDOUT_FILENO);
-      dup2(pipe_ends[1], STDERR_FILENO);
-      close(pipe_ends[0]);
-      close(pipe_ends[1]);
-      execv(kDaemon, pointers.data());
-      _exit(127);
-    }
-    close(pipe_ends[1]);
-    output_ = pipe_ends[0];
-  }
-  ~Process() {
-    if (id_ > 0) {
-      kill(id_, SIGKILL);
-      waitpid(id_, nullptr, 0);
-    }
-    close(output_);
-  }
-  Process(const Process&) = delete;
-  Process& operator=(const Process&) = delete;
-
-  void signal(int number) { kill(id_, number); }
-
-  // Until `text` is in the output; false when the program ends without it.
-  bool readUntil(const std::string& text) {
-    std::array<char, 4096> bytes{};
-    while (seen_.find(text) == std::string::npos) {
-      const ssize_t count = ::read(output_, bytes.data(), bytes.size());
-      if (count <= 0) return false;
-      seen_.append(bytes.data(), static_cast<std::size_t>(count));
-    }
-    return true;
-  }
-
-  int wait() {
-    readUntil("\xff never");
-    int status = 0;
-    waitpid(id_, &status, 0);
-    id_ = -1;
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-  }
-
-  std::uint16_t port() {
-    if (!readUntil("listening on http://127.0.0.1:") || !readUntil("/\n")) return 0;
-    const std::size_t at = seen_.find("listening on http://127.0.0.1:") + 30;
-    return static_cast<std::uint16_t>(std::stoi(seen_.substr(at)));
-  }
-
-  const std::string& seen() const { return seen_; }
-
- private:
-  pid_t id_ = -1;
-  int output_ = -1;
-  std::string seen_;
-};
 
 class Daemon : public testing::Test {
  protected:
@@ -102,14 +29,14 @@ TEST_F(Daemon, WrongUsageExitsWith2) {
       {{"--tls-cert", "x"}, "--tls-key"},
   };
   for (const auto& [arguments, says] : wrong) {
-    Process daemon(arguments);
+    DaemonProcess daemon(arguments);
     EXPECT_EQ(daemon.wait(), 2);
     EXPECT_THAT(daemon.seen(), testing::HasSubstr(says));
   }
 }
 
 TEST_F(Daemon, HelpListsEveryOption) {
-  Process daemon({"--help"});
+  DaemonProcess daemon({"--help"});
   EXPECT_EQ(daemon.wait(), 0);
   for (const ServerOption& option : serverOptions()) {
     EXPECT_THAT(daemon.seen(), testing::HasSubstr("--" + std::string(option.name)));
@@ -117,23 +44,23 @@ TEST_F(Daemon, HelpListsEveryOption) {
 }
 
 TEST_F(Daemon, AnAddressInUseExitsWith1) {
-  Process first({"--listen", "127.0.0.1:0", sampleVolume("rock").string()});
+  DaemonProcess first({"--listen", "127.0.0.1:0", sampleVolume("rock").string()});
   const std::uint16_t port = first.port();
   ASSERT_NE(port, 0);
-  Process second({"--listen", fmt::format("127.0.0.1:{}", port)});
+  DaemonProcess second({"--listen", fmt::format("127.0.0.1:{}", port)});
   EXPECT_EQ(second.wait(), 1);
   EXPECT_THAT(second.seen(), testing::HasSubstr("cannot listen"));
 }
 
 TEST_F(Daemon, AnUnknownDeviceExitsWith1) {
-  Process daemon({"--listen", "127.0.0.1:0", "--device", "no such device"});
+  DaemonProcess daemon({"--listen", "127.0.0.1:0", "--device", "no such device"});
   EXPECT_EQ(daemon.wait(), 1);
   EXPECT_THAT(daemon.seen(), testing::HasSubstr("no such device"));
   EXPECT_THAT(daemon.seen(), testing::Not(testing::HasSubstr("listening")));
 }
 
 TEST_F(Daemon, RendersWithTheRealRendererAndDrainsOnSigterm) {
-  Process daemon(
+  DaemonProcess daemon(
       {"--listen", "127.0.0.1:0", "--validation", sampleVolume("rock").string(), sampleVolume("smoke").string()});
   const std::uint16_t port = daemon.port();
   ASSERT_NE(port, 0);
@@ -164,7 +91,7 @@ TEST_F(Daemon, RendersWithTheRealRendererAndDrainsOnSigterm) {
 TEST_F(Daemon, OtherSignalsDoNotEndIt) {
   const auto token_file = scratchFolder() / "daemon-token";
   std::ofstream(token_file) << "0123456789abcdef";
-  Process daemon({"--listen", "127.0.0.1:0", "--token-file", token_file.string(), sampleVolume("rock").string()});
+  DaemonProcess daemon({"--listen", "127.0.0.1:0", "--token-file", token_file.string(), sampleVolume("rock").string()});
   const std::uint16_t port = daemon.port();
   ASSERT_NE(port, 0);
   std::ofstream(token_file) << "short";
@@ -187,7 +114,7 @@ TEST_F(Daemon, OtherSignalsDoNotEndIt) {
 }
 
 TEST_F(Daemon, ASecondSignalEndsAtOnce) {
-  Process daemon({"--listen", "127.0.0.1:0", sampleVolume("rock").string()});
+  DaemonProcess daemon({"--listen", "127.0.0.1:0", sampleVolume("rock").string()});
   const std::uint16_t port = daemon.port();
   ASSERT_NE(port, 0);
   ASSERT_TRUE(waitReady(port));
