@@ -29,7 +29,7 @@ House blockwalk() {
            {"protocol", {"view", "volume"}, neither},
            {"shaders", {}, neither},
            {"renderer/plan", {"view", "volume", "shaders"}, neither},
-           {"renderer/vulkan", {"renderer/plan", "view", "shaders"}, no_network},
+           {"renderer/vulkan", {"renderer/plan", "view", "volume", "shaders"}, no_network},
            {"renderer/resident",
             {"renderer/plan", "renderer/vulkan", "view", "volume", "volume/file", "shaders"},
             no_network},
