@@ -53,7 +53,7 @@ add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB PNG::PNG TIFF::TIFF
 add_room_test(view TIMEOUT 60 LIBRARIES view)
 add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP)
 # Scenes of one type of voxel draw with the same kernels.
-add_room_test(renderer DRAWS TIMEOUT 1200 LIBRARIES renderer protocol reference PARTS
+add_room_test(renderer DRAWS TIMEOUT 2400 LIBRARIES renderer protocol reference PARTS
   "rgba8=*/rgba8:*/fossil:*/grass" "u8=*/u8_flat:*/flair" "u16=*/u16_oblique:*/head" "f32=*/f32_mirrored:*/smoke:*/fetal_t2")
 add_room_test(extreme DRAWS WHOLE TIMEOUT 1800 LIBRARIES renderer protocol reference SHARES tests/renderer/stage.cpp
   tests/renderer/compare.cpp tests/renderer/synthetic.cpp)
