@@ -147,13 +147,13 @@ struct Server::Parts {
   Services services;
   KeeperServices keeper_services;
   int status = 0;
+  std::list<Loop> loops;
   asio::io_context io{1};
   Mailbox mailbox;
   tcp::acceptor acceptor;
   asio::signal_set signals;
   asio::steady_timer drain_timer;
   std::list<VolumeKeeper> keepers;
-  std::list<Loop> loops;
   asio::thread_pool encoders;
   asio::thread_pool loaders{1};
 };

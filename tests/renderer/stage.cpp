@@ -76,6 +76,8 @@ std::string toString(const View& view) {
 Renderer& RendererTest::renderer() {
   static const std::unique_ptr<Renderer> instance = [] {
     DeviceOptions options;
+    // A process draws the same few hundred kernels in scene after scene: none is to be made twice.
+    options.most_kernels = 512;
     options.validation = true;
     options.on_message = [](const std::string& text) {
       const std::lock_guard lock(messages().mutex);
