@@ -242,7 +242,7 @@ asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, c
                          .format = job.format,
                          .quality = job.quality,
                          .frame = {.view = job.view, .cancel = cancel}};
-  const DepartureWatch departure(stream_, [this, cancel] { services_.frames.cancel(*cancel); });
+  const DepartureWatch departure(stream_, request.version, [this, cancel] { services_.frames.cancel(*cancel); });
   MadeFrame made = co_await services_.frames.make(order);
   if (made.cancelled) co_return problemReply({.status = 503, .detail = "the server is ending", .field = {}});
   HttpReply reply{.status = 200, .type = std::string(imageMimeType(job.format)), .fields = {}, .body = made.image};

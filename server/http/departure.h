@@ -11,11 +11,13 @@
 namespace blockwalk {
 
 // Calls `on_gone` once when the client has closed, looking every 50 ms: whether it has sent more, which pipelining may,
-// says nothing. A client that ended its sending with its request (a half close) still waits for the reply; only a reset
-// tells that it is gone. The stream must outlive it.
+// says nothing. A client that ended its sending with its request may have closed whole, or half and waits for the
+// reply: an interim reply (102, RFC 9110, 15.2) is sent once, which a socket that is closed answers with a reset. Of
+// HTTP/1.0, which knows no interim replies, it is believed to wait; through TLS nobody half closes. The stream must
+// outlive it.
 class DepartureWatch {
  public:
-  DepartureWatch(WireStream& stream, std::function<void()> on_gone);
+  DepartureWatch(WireStream& stream, int http_version, std::function<void()> on_gone);
   ~DepartureWatch();
   DepartureWatch(const DepartureWatch&) = delete;
   DepartureWatch& operator=(const DepartureWatch&) = delete;
@@ -25,9 +27,10 @@ class DepartureWatch {
     WireStream* stream;  // null: nobody watches any more
     std::function<void()> on_gone;
     boost::asio::steady_timer timer;
-    bool is_first = true;
+    bool takes_interim;
     bool has_half_closed = false;
   };
+  static bool isGone(State& state);
   static void lookLater(std::shared_ptr<State> state);
 
   std::shared_ptr<State> state_;

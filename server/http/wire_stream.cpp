@@ -34,6 +34,11 @@ WireStream::Peer WireStream::peerState() {
   return Peer::ended_sending;
 }
 
+bool WireStream::sendNow(std::string_view bytes) {
+  const ssize_t sent = ::send(socket().native_handle(), bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL);
+  return sent == static_cast<ssize_t>(bytes.size());
+}
+
 asio::awaitable<error_code> WireStream::handshake() {
   error_code error;
   if (tls_) co_await tls_->async_handshake(asio::ssl::stream_base::server, keepError(error));

@@ -16,6 +16,7 @@
 #include <chrono>
 #include <cstdint>
 #include <memory>
+#include <string_view>
 
 namespace boost::asio::ssl {
 template <typename Stream>
@@ -78,6 +79,9 @@ class WireStream {
   std::uint64_t unsentBytes();
   enum class Peer { there, ended_sending, gone };
   Peer peerState();
+  bool isTls() const { return tls_ != nullptr; }
+  // Of a plain connection with no write under way. Whether the kernel took all bytes at once.
+  bool sendNow(std::string_view bytes);
 
   // The TLS handshake; nothing for a plain connection. Reports what went wrong.
   boost::asio::awaitable<boost::system::error_code> handshake();

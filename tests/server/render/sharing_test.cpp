@@ -116,6 +116,15 @@ TEST(Departure, APictureThatNobodyWaitsForIsGivenUp) {
   EXPECT_EQ(get(server.port(), "/healthz").status, 200);
 }
 
+TEST(Departure, WhoClosedRightAfterAskingHasLeftToo) {
+  RunningServer server;
+  server.control().bands = 1000;
+  server.control().band_ms = 10;
+  WireClient(server.port()).send(fmt::format("GET {}?size=64x64 HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPath));
+  EXPECT_TRUE(eventually([&] { return server.control().cancelled == 1; }));
+  EXPECT_EQ(get(server.port(), "/healthz").status, 200);
+}
+
 TEST(Departure, WhoOnlyEndedItsSendingGetsTheReply) {
   RunningServer server;
   server.control().bands = 30;
@@ -123,27 +132,37 @@ TEST(Departure, WhoOnlyEndedItsSendingGetsTheReply) {
   WireClient client(server.port());
   client.send(fmt::format("GET {}?size=64x64 HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPath));
   client.finishSending();
+  EXPECT_EQ(client.readReply(false).status, 102);
   EXPECT_EQ(client.readReply().status, 200);
 }
 
+// Those that are drawn leave last, so that no place comes free for one whose leaving is not read yet.
 TEST(Departure, ManyThatLeftDoNotHoldUpTheRest) {
   RunningServer server;
   server.control().bands = 1000;
   server.control().band_ms = 10;
-  {
-    std::vector<WireClient> clients;
-    for (int i = 0; i < 20; ++i) {
+  const auto ask = [&](std::vector<WireClient>& clients, int count) {
+    for (int i = 0; i < count; ++i) {
       clients.emplace_back(server.port());
       clients.back().send(
           fmt::format("GET {}?size=64x64&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPath, 20 + i));
     }
-    EXPECT_TRUE(eventually(
-        [&] { return get(server.port(), "/metrics").body.find("blockwalk_image_jobs 20\n") != std::string::npos; }));
-    std::this_thread::sleep_for(std::chrono::milliseconds(120));
-  }
-  EXPECT_TRUE(eventually(
-      [&] { return get(server.port(), "/metrics").body.find("blockwalk_image_jobs 0\n") != std::string::npos; }));
-  EXPECT_LE(server.control().started, RenderThread::kRequestsUnderWay);
+  };
+  const auto jobsBecome = [&](int count) {
+    const std::string line = fmt::format("blockwalk_image_jobs {}\n", count);
+    return eventually([&] { return get(server.port(), "/metrics").body.find(line) != std::string::npos; });
+  };
+  std::vector<WireClient> drawn;
+  ask(drawn, RenderThread::kRequestsUnderWay);
+  ASSERT_TRUE(eventually([&] { return server.control().started == RenderThread::kRequestsUnderWay; }));
+  std::vector<WireClient> waiting;
+  ask(waiting, 16);
+  EXPECT_TRUE(jobsBecome(20));
+  waiting.clear();
+  EXPECT_TRUE(jobsBecome(RenderThread::kRequestsUnderWay));
+  drawn.clear();
+  EXPECT_TRUE(jobsBecome(0));
+  EXPECT_EQ(server.control().started, RenderThread::kRequestsUnderWay);
 }
 
 }  // namespace
