@@ -143,7 +143,7 @@ def build_times(scenes):
     for scene in scenes:
         for run in scene["rebuilt"]:
             build = run["build"]
-            yield row(scene["name"], run["choice"], build["cells"], build["active_cells"], build["primitives"],
+            yield row(scene["name"], run["choice"], build["cells"], build["active_macrocells"], build["primitives"],
                       *(f"{build[stage + '_ms']:.1f}" for stage in ("tf", "tris", "bvh", "total")),
                       f"{1e3 / run['ms']['median']:.1f}")
 

@@ -10,8 +10,8 @@ namespace blockwalk {
 namespace {
 
 nlohmann::json buildJson(const FinderBuild& build) {
-  return {{"rebuilt", build.rebuilt},       {"macrocell", build.cell_voxels},
-          {"cells", build.cells},           {"active_cells", build.active_cells},
+  return {{"rebuilt", build.rebuilt},       {"macrocell", build.macrocell_voxels},
+          {"macrocells", build.macrocells}, {"active_macrocells", build.active_macrocells},
           {"primitives", build.primitives}, {"bytes", build.bytes},
           {"tf_ms", build.tf_ms},           {"tris_ms", build.tris_ms},
           {"bvh_ms", build.bvh_ms},         {"total_ms", build.total_ms}};
@@ -34,7 +34,7 @@ nlohmann::json statsJson(const RenderStats& stats) {
                          {"kernel", stats.kernel},
                          {"loop_bound_hits", stats.loop_bound_hits},
                          {"non_finite", stats.non_finite}};
-  if (stats.finder_build.cells > 0) json["finder_build"] = buildJson(stats.finder_build);
+  if (stats.finder_build.macrocells > 0) json["finder_build"] = buildJson(stats.finder_build);
   return json;
 }
 

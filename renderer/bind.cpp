@@ -21,10 +21,10 @@ void bindTable(const ResidentTable& table, gpu::DrawnChannel& params) {
 }
 
 void bindRegion(const ResidentRegion& region, const Need& need, BoundFrame& bound) {
-  bound.params.cell_states = region.states.address();
+  bound.params.macrocell_states = region.states.address();
   bound.params.boxes = region.boxes.address();
-  bound.params.cell_dims = region.cell_dims;
-  bound.params.cell_voxels = static_cast<float>(need.cell_voxels);
+  bound.params.macrocell_dims = region.macrocell_dims;
+  bound.params.macrocell_voxels = static_cast<float>(need.macrocell_voxels);
   bound.build = region.build;
   bound.instances = *region.top.handle;
 }
@@ -35,8 +35,8 @@ void bindPart(const Need& need, const Plan& plan, const Pins& pins, BoundFrame& 
     case Part::blocks:
       channelOf(need, plan, params).blocks = pins.get<ResidentBlocks>(need).records.address();
       return;
-    case Part::visible_cells:
-      channelOf(need, plan, params).cells = pins.get<ResidentCells>(need).cells.address();
+    case Part::visible_quarters:
+      channelOf(need, plan, params).quarters = pins.get<ResidentQuarters>(need).quarters.address();
       return;
     case Part::empty:
       channelOf(need, plan, params).empty = pins.get<ResidentEmpty>(need).voxels.address();
@@ -46,7 +46,7 @@ void bindPart(const Need& need, const Plan& plan, const Pins& pins, BoundFrame& 
     case Part::grid: {
       const auto& grid = pins.get<ResidentGrid>(need);
       params.grid_tiles = grid.tiles.address();
-      params.grid_cells = grid.cells.address();
+      params.grid_blocks = grid.blocks.address();
       params.tile_dims = grid.tile_dims;
       return;
     }

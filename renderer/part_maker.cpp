@@ -20,7 +20,7 @@ Need ofLevel(const Need& need, Part part) {
 }  // namespace
 
 PartMaker::PartMaker(Device& device, std::uint64_t chunk_bytes)
-    : device_(device), chunk_bytes_(chunk_bytes), visible_cells_(device), regions_(device) {
+    : device_(device), chunk_bytes_(chunk_bytes), visible_quarters_(device), regions_(device) {
   if (device.rayQuery()) unit_box_ = buildUnitBox(device);
 }
 
@@ -36,8 +36,8 @@ std::unique_ptr<Making> PartMaker::begin(const StoredVolume& volume, const Need&
       return makeBlocks(device_, volume, voxels());
     case Part::masks:
       return makeMasks(device_, voxels());
-    case Part::visible_cells:
-      return visible_cells_.make(volume, need, blocks(), masks());
+    case Part::visible_quarters:
+      return visible_quarters_.make(volume, need, blocks(), masks());
     case Part::empty:
       return makeEmpty(device_, volume, need);
     case Part::table:
@@ -66,7 +66,7 @@ std::unique_ptr<Making> PartMaker::beginRegion(const StoredVolume& volume, const
   for (const RegionChannel& drawn : need.region) {
     Need of_channel = ofLevel(need, Part::macrocells);
     of_channel.channel = drawn.channel;
-    of_channel.cell_voxels = need.cell_voxels;
+    of_channel.macrocell_voxels = need.macrocell_voxels;
     macrocells.push_back(inputs.share<ResidentMacrocells>(of_channel));
   }
   return regions_.makeRegion(volume, need, std::move(macrocells));

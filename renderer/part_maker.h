@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/find/active_region.h"
-#include "renderer/resident/visible_cells.h"
+#include "renderer/resident/visible_quarters.h"
 
 namespace blockwalk {
 
@@ -23,7 +23,7 @@ class PartMaker {
   Device& device_;
   std::uint64_t chunk_bytes_;
   AccelerationStructure unit_box_;
-  VisibleCells visible_cells_;
+  VisibleQuarters visible_quarters_;
   ActiveRegions regions_;
 };
 

@@ -25,7 +25,7 @@ uint subblockRank(uint block, uint local) {
   return (blockAt(block).indices[local >> 2] >> ((local & 3u) * 8u)) & 255u;
 }
 
-// Where every block shows something, it is cells that are culled.
+// Where every block shows something, it is quarters that are culled.
 bool blockIsCulled(uint block) { return kCull && !kRangeOpen && !blockMeetsRange(block); }
 
 // Whether what a finder returns must not be culled. A ray that counts blocks and walks comes through those that are anyway.

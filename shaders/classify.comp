@@ -23,15 +23,15 @@ bool meets(ClassifiedChannel channel, float lo, float hi) {
 }
 
 void main() {
-  ivec3 cells = ivec3(gl_NumWorkGroups) * kRegionGroupSide;
-  uint cell = cellIndex(ivec3(gl_GlobalInvocationID), cells);
-  if (cell >= push.cell_count) return;
+  ivec3 macrocells = ivec3(gl_NumWorkGroups) * kRegionGroupSide;
+  uint macrocell = latticeIndex(ivec3(gl_GlobalInvocationID), macrocells);
+  if (macrocell >= push.macrocell_count) return;
   bool is_active = false;
   for (uint c = 0u; c < push.channel_count; ++c) {
-    GpuSubblock range = SubblockArray(push.channels[c].ranges).at[cell];
+    GpuSubblock range = SubblockArray(push.channels[c].ranges).at[macrocell];
     bool seen = (range.range_mask & push.channels[c].range_mask) != 0u &&
                 meets(push.channels[c], range.density_min, range.density_max);
     is_active = is_active || seen;
   }
-  StateArray(push.states).at[cell] = uint8_t(is_active ? kCellActive : kCellCalm);
+  StateArray(push.states).at[macrocell] = uint8_t(is_active ? kMacrocellActive : kMacrocellCalm);
 }

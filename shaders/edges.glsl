@@ -13,9 +13,9 @@ float pixelSide(Ray ray, float t) {
 float edgeCover(Ray ray, float t) {
   vec3 place = ray.start + ray.dir * t;
   float side = kFinder == kFinderOctree ? float(kLeafVoxels) : float(kBlockVoxels);
-  if (kFinder == kFinderBoundary || kFinder == kFinderClusters) side = scene.cell_voxels;
-  vec3 cells = (place + scene.anchor) / side;
-  vec3 away = abs(cells - floor(cells + 0.5)) * side;
+  if (kFinder == kFinderBoundary || kFinder == kFinderClusters) side = scene.macrocell_voxels;
+  vec3 planes = (place + scene.anchor) / side;
+  vec3 away = abs(planes - floor(planes + 0.5)) * side;
 #ifdef BLOCKWALK_RAY_QUERY
   if (kFinder == kFinderClusters) {
     vec3 lo = BoxArray(scene.boxes).at[2 * found_cluster] - scene.anchor;
@@ -28,7 +28,7 @@ float edgeCover(Ray ray, float t) {
   if (nearest > 0.01 * side) return 0.0;
   float to_edge = away.x + away.y + away.z - nearest - max3(away);
   float pixel = pixelSide(ray, t);
-  // Lines are a pixel and a half wide; where cells are small they fade, so that they do not hide everything.
+  // Lines are a pixel and a half wide; where boxes are small they fade, so that they do not hide everything.
   return clamp(1.25 - to_edge / pixel, 0.0, 1.0) * clamp(0.125 * side / pixel, 0.0, 1.0);
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The trilinear field inside one subblock, from its voxels and their ring (docs/integration.md, "The field"). `place` is
+// The trilinear field inside one subblock, from its voxels and their apron (docs/integration.md, "The field"). `place` is
 // relative to the subblock's corner, in voxels, 0..kSubblockSide.
 
 struct FieldValue {
@@ -7,7 +7,7 @@ struct FieldValue {
   vec3 color;  // rgba8
 };
 
-// Lower corner of the interpolation cell, counted from the ring's first voxel, and the place inside the cell.
+// Lower corner of the interpolation cell, counted from the apron's first voxel, and the place inside the cell.
 vec3 cellAt(vec3 place, out vec3 weight) {
   vec3 cell = clamp(floor(place + 0.5), vec3(0.0), vec3(kSubblockSide));
   weight = place + 0.5 - cell;
@@ -71,7 +71,7 @@ FieldValue fieldAt(uint64_t voxels, vec3 place) {
   return FieldValue(lerpCorners(density, weight), value.a > 0.0 ? value.rgb / value.a : vec3(0.0));
 }
 
-// Index-space gradient by central differences over one voxel, which stay inside the ring.
+// Index-space gradient by central differences over one voxel, which stay inside the apron.
 vec3 gradientAt(uint64_t voxels, vec3 place) {
   vec3 gradient;
   for (int axis = 0; axis < 3; ++axis) {

@@ -4,12 +4,12 @@
 // Hierarchical DDA over block occupancy: tiles of 8^3 blocks, then the blocks of a tile.
 uint findInTile(Ray ray, uint tile, vec3 corner, float t_begin, float t_end, inout Work work) {
   const vec3 count = vec3(kGridTileSide);
-  Dda cells = enterDda(ray, corner, float(kBlockVoxels), count, latticeStrides(count), t_begin);
+  Dda blocks = enterDda(ray, corner, float(kBlockVoxels), count, latticeStrides(count), t_begin);
   for (int i = 0; i <= 3 * kGridTileSide; ++i) {
-    uint block = UintArray(scene.grid_cells).at[tile * 512u + wholeNumber(cells.index)];
-    if (block != kNone && cells.t_exit > cells.t && !isPassedOver(block)) return block;
-    if (cells.t_exit >= t_end) return kNone;
-    stepDda(ray, float(kBlockVoxels), latticeStrides(count), cells);
+    uint block = UintArray(scene.grid_blocks).at[tile * 512u + wholeNumber(blocks.index)];
+    if (block != kNone && blocks.t_exit > blocks.t && !isPassedOver(block)) return block;
+    if (blocks.t_exit >= t_end) return kNone;
+    stepDda(ray, float(kBlockVoxels), latticeStrides(count), blocks);
   }
   work.loop_bound_hits += 1u;
   return kNone;

@@ -12,33 +12,33 @@ void integrateSpan(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, floa
   }
 }
 
-// On to the first cell that may show something, or that may not, or to the last before t_end.
-void stepCells(Ray ray, SubblockVoxels voxels, bool shows, float t_end, inout Dda cells) {
+// On to the first quarter that may show something, or that may not, or to the last before t_end.
+void stepQuarters(Ray ray, SubblockVoxels voxels, bool shows, float t_end, inout Dda quarters) {
   for (int i = 0; i < 12; ++i) {
-    if (cells.t_exit >= t_end || cellMayShow(voxels, cells.index) == shows) return;
-    stepDda(ray, 0.25 * float(kSubblockSide), latticeStrides(vec3(4.0)), cells);
+    if (quarters.t_exit >= t_end || quarterMayShow(voxels, quarters.index) == shows) return;
+    stepDda(ray, 0.25 * float(kSubblockSide), latticeStrides(vec3(4.0)), quarters);
   }
 }
 
-// Over the spans of the ray in cells that may show something. They are found before they are integrated, cell by cell in
-// short loops without loads: a subgroup then spends its time on rays that have something to do.
+// Over the spans of the ray in quarters that may show something. They are found before they are integrated, quarter
+// by quarter in short loops without loads: a subgroup then spends its time on rays that have something to do.
 void integrateSubblock(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, float t_begin, float t_end, inout Ink ink,
                        inout Work work) {
-  // Pre-integrated pieces would be others if they were cut at cells.
-  BLOCKWALK_DERIVED bool by_cells = kCull && kClassification != kClassificationPreIntegrated;
-  Dda cells;
-  if (by_cells) {
-    cells = enterDda(ray, corner, 0.25 * float(kSubblockSide), vec3(4.0), latticeStrides(vec3(4.0)), t_begin);
+  // Pre-integrated pieces would be others if they were cut at quarters.
+  BLOCKWALK_DERIVED bool by_quarters = kCull && kClassification != kClassificationPreIntegrated;
+  Dda quarters;
+  if (by_quarters) {
+    quarters = enterDda(ray, corner, 0.25 * float(kSubblockSide), vec3(4.0), latticeStrides(vec3(4.0)), t_begin);
   }
   float t_from = t_begin;
   float t_to = t_end;
   for (int i = 0; i < 12; ++i) {
-    if (by_cells) {
-      stepCells(ray, voxels, true, t_end, cells);
-      if (!cellMayShow(voxels, cells.index)) break;
-      t_from = cells.t;
-      stepCells(ray, voxels, false, t_end, cells);
-      t_to = cellMayShow(voxels, cells.index) ? t_end : cells.t;
+    if (by_quarters) {
+      stepQuarters(ray, voxels, true, t_end, quarters);
+      if (!quarterMayShow(voxels, quarters.index)) break;
+      t_from = quarters.t;
+      stepQuarters(ray, voxels, false, t_end, quarters);
+      t_to = quarterMayShow(voxels, quarters.index) ? t_end : quarters.t;
     }
     integrateSpan(ray, block, voxels, corner, t_from, t_to, ink, work);
     if (ink.done || t_to >= t_end) break;
@@ -46,7 +46,7 @@ void integrateSubblock(Ray ray, uint block, SubblockVoxels voxels, vec3 corner, 
   settle(ink);
 }
 
-// `corner` is the block's lowest; `block` is kNone where a march comes through a cell without one. This is the only place
+// `corner` is the block's lowest; `block` is kNone where a march comes through a place without one. This is the only place
 // that integrates: a second one doubles the general kernel, and what drivers take to compile it grows faster than that.
 void integrateBlock(Ray ray, uint block, vec3 corner, float t_begin, float t_end, inout Ink ink, inout Work work) {
   const vec3 count = vec3(kBlockSide);
@@ -69,7 +69,7 @@ void integrateBlock(Ray ray, uint block, vec3 corner, float t_begin, float t_end
       } else {
         voxels = subblockOfRank(first, rank);
       }
-      findCells(first_subblock + rank, voxels);
+      findQuarters(first_subblock + rank, voxels);
       if (mayShowSomething(voxels)) {
         if (kTally) work.subblock_visits += 1u;
         integrateSubblock(ray, block, voxels, subblocks.far - side * ray.forward, subblocks.t, t_exit, ink, work);

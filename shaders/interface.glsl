@@ -29,7 +29,7 @@ layout(push_constant, scalar) uniform Push { PushConstants push; };
 BLOCKWALK_CHOICES(BLOCKWALK_EARLY, BLOCKWALK_LATE)
 
 BLOCKWALK_DERIVED int kBlockVoxels = kBlockSide * kSubblockSide;
-// What interpolates reads subblocks with the ring of one voxel around them (volume/file/apron.h).
+// What interpolates reads subblocks with their apron (volume/file/apron.h).
 BLOCKWALK_DERIVED bool kApron = kFilter == kFilterLinear || kLit;
 BLOCKWALK_DERIVED bool kMarches = kFinder == kFinderNone;
 // The finder says between which t something may be, not only in which block.
@@ -59,13 +59,13 @@ FrameParams frame;
 struct Scene {
   DrawnChannel channels[kMaxDrawnChannels];
   uint64_t grid_tiles;
-  uint64_t grid_cells;
+  uint64_t grid_blocks;
   uint64_t octree;
-  uint64_t cell_states;
+  uint64_t macrocell_states;
   uint64_t boxes;
   int octree_depth;
-  ivec3 cell_dims;
-  float cell_voxels;
+  ivec3 macrocell_dims;
+  float macrocell_voxels;
   vec3 anchor;
   ivec3 tile_dims;
   float extinction_scale;
@@ -85,13 +85,13 @@ void loadScene() {
   frame = Frame(push.frame).params;
   forEachChannel(c) scene.channels[c] = frame.channels[c];
   scene.grid_tiles = frame.grid_tiles;
-  scene.grid_cells = frame.grid_cells;
+  scene.grid_blocks = frame.grid_blocks;
   scene.octree = frame.octree;
   scene.octree_depth = frame.octree_depth;
-  scene.cell_states = frame.cell_states;
+  scene.macrocell_states = frame.macrocell_states;
   scene.boxes = frame.boxes;
-  scene.cell_dims = frame.cell_dims;
-  scene.cell_voxels = frame.cell_voxels;
+  scene.macrocell_dims = frame.macrocell_dims;
+  scene.macrocell_voxels = frame.macrocell_voxels;
   scene.anchor = vec3(frame.anchor);
   scene.tile_dims = frame.tile_dims;
   scene.extinction_scale = frame.extinction_scale;

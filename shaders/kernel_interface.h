@@ -92,9 +92,9 @@ BLOCKWALK_CONST uint kNoSubblock = 255u;   // in GpuBlock::indices
 BLOCKWALK_CONST int kGridTileSide = 8;     // blocks
 BLOCKWALK_CONST int kMaxOctreeDepth = 16;  // 65536 voxels in leaves of one
 // States of macrocells.
-BLOCKWALK_CONST uint kCellCalm = 0;         // not active, nor beside one that is
-BLOCKWALK_CONST uint kCellNear = 1;         // beside an active one
-BLOCKWALK_CONST uint kCellActive = 2;       // something in it may be seen
+BLOCKWALK_CONST uint kMacrocellCalm = 0;    // not active, nor beside one that is
+BLOCKWALK_CONST uint kMacrocellNear = 1;    // beside an active one
+BLOCKWALK_CONST uint kMacrocellActive = 2;  // something in it may be seen
 BLOCKWALK_CONST uint kOctreeStored = 256u;  // in OctreeNode::mask
 BLOCKWALK_CONST int kMaxClipPlanes = 12;    // a clip box's and a view's own
 BLOCKWALK_CONST int kMaxDrawnChannels = 4;
@@ -147,7 +147,7 @@ struct GpuProbe {
 // and indices are equal, ranges, masks and voxels are each channel's own.
 struct DrawnChannel {
   uint64_t blocks;     // GpuBlock[]
-  uint64_t cells;      // uvec2[]: of each subblock the cells that may show something (shaders/visible_cells.comp)
+  uint64_t quarters;   // uvec2[]: of each subblock the quarters that may show something (shaders/visible_quarters.comp)
   uint64_t table;      // uvec2[]: extinction per world unit as a float's bits, packed colour
   uint64_t empty;      // finder none: voxels of a subblock that is empty everywhere
   uint64_t integrals;  // vec4[2][]: of table over stored value: extinction x colour, extinction; then their roundings
@@ -163,11 +163,11 @@ struct DrawnChannel {
 
 struct FrameParams {
   DrawnChannel channels[kMaxDrawnChannels];
-  uint64_t grid_tiles;   // uint[]: number of the tile's 512 cells, or kNone
-  uint64_t grid_cells;   // uint[][512]: block index or kNone
-  uint64_t octree;       // OctreeNode[], the root first
-  uint64_t cell_states;  // uint8_t[] of macrocells, x fastest
-  uint64_t boxes;        // vec3[2][]: corners of clusters, index space of the level
+  uint64_t grid_tiles;        // uint[]: number of the tile's 512 places, or kNone
+  uint64_t grid_blocks;       // uint[][512]: block index or kNone
+  uint64_t octree;            // OctreeNode[], the root first
+  uint64_t macrocell_states;  // uint8_t[] of macrocells, x fastest
+  uint64_t boxes;             // vec3[2][]: corners of clusters, index space of the level
   uint64_t
       pixels;     // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost, queries)
   uint64_t sums;  // vec4[], the band's: premultiplied colours of the samples so far, added
@@ -208,15 +208,15 @@ struct FrameParams {
   float transmittance_bound;  // a ray of which less is left stops
   vec3 light;                 // index-space direction whose world direction is the unit vector to the light
   int octree_depth;           // the root's side is 2^octree_depth leaves
-  ivec3 cell_dims;            // macrocells of the level's box
-  float cell_voxels;          // their side
+  ivec3 macrocell_dims;       // macrocells of the level's box
+  float macrocell_voxels;     // their side
 };
 
-// For shaders/visible_cells.comp: one channel of a level, and the stored densities that can be seen.
-struct VisibleCellsPush {
-  uint64_t blocks;  // GpuBlock[]
-  uint64_t masks;   // GpuSubblock[]
-  uint64_t cells;   // uint[2][], written
+// For shaders/visible_quarters.comp: one channel of a level, and the stored densities that can be seen.
+struct VisibleQuartersPush {
+  uint64_t blocks;    // GpuBlock[]
+  uint64_t masks;     // GpuSubblock[]
+  uint64_t quarters;  // uint[2][], written
   float density_lo;
   float density_hi;
   uint first_block;  // of this dispatch
@@ -277,7 +277,7 @@ static_assert(offsetof(FrameParams, point_center) == 360 && offsetof(FrameParams
 static_assert(offsetof(FrameParams, clip_planes) == 468 && offsetof(FrameParams, anchor) == 660);
 static_assert(offsetof(FrameParams, extinction_scale) == 708 && offsetof(FrameParams, background) == 712);
 static_assert(offsetof(FrameParams, gradient_rows) == 736 && offsetof(FrameParams, light) == 776);
-static_assert(sizeof(PushConstants) == 24 && sizeof(VisibleCellsPush) == 48);
+static_assert(sizeof(PushConstants) == 24 && sizeof(VisibleQuartersPush) == 48);
 }  // namespace blockwalk::gpu
 #endif
 #endif

@@ -1,7 +1,7 @@
 #version 460
 // SPDX-License-Identifier: Apache-2.0
-// The macrocell grid (Wald et al. 2021, 4.1.1): least and greatest density and range mask of a channel in every cell, from
-// the records of its subblocks. An empty cell has an empty mask.
+// The macrocell grid (Wald et al. 2021, 4.1.1): least and greatest density and range mask of a channel in every
+// macrocell, from the records of its subblocks. An empty macrocell has an empty mask.
 #extension GL_GOOGLE_include_directive : require
 #include "region.glsl"
 
@@ -13,29 +13,30 @@ GpuSubblock recordAt(ivec3 place) {
   ivec3 block_place = place / push.block_side;
   ivec3 tile = block_place / kGridTileSide;
   if (!isInside(tile, push.tile_dims)) return nothing;
-  uint cells = UintArray(push.grid_tiles).at[cellIndex(tile, push.tile_dims)];
-  if (cells == kNone) return nothing;
-  uint block = UintArray(push.grid_cells).at[512u * cells + cellIndex(block_place - kGridTileSide * tile, ivec3(kGridTileSide))];
+  uint places = UintArray(push.grid_tiles).at[latticeIndex(tile, push.tile_dims)];
+  if (places == kNone) return nothing;
+  uint place_in_tile = latticeIndex(block_place - kGridTileSide * tile, ivec3(kGridTileSide));
+  uint block = UintArray(push.grid_blocks).at[512u * places + place_in_tile];
   if (block == kNone) return nothing;
-  uint local = cellIndex(place - push.block_side * block_place, ivec3(push.block_side));
+  uint local = latticeIndex(place - push.block_side * block_place, ivec3(push.block_side));
   uint rank = (BlockArray(push.blocks).at[block].indices[local >> 2] >> ((local & 3u) * 8u)) & 255u;
   if (rank == kNoSubblock) return nothing;
   return SubblockArray(push.subblocks).at[BlockArray(push.blocks).at[block].first_subblock + rank];
 }
 
 void main() {
-  ivec3 cell = ivec3(gl_GlobalInvocationID);
-  if (!isInside(cell, push.cell_dims)) return;
-  int side = push.cell_voxels / push.subblock_side;
+  ivec3 macrocell = ivec3(gl_GlobalInvocationID);
+  if (!isInside(macrocell, push.macrocell_dims)) return;
+  int side = push.macrocell_voxels / push.subblock_side;
   GpuSubblock range = GpuSubblock(0.0, 0.0, 0u);
   for (int i = 0; i < side * side * side; ++i) {
-    GpuSubblock record = recordAt(cell * side + ivec3(i % side, i / side % side, i / (side * side)));
+    GpuSubblock record = recordAt(macrocell * side + ivec3(i % side, i / side % side, i / (side * side)));
     if (record.range_mask == 0u) continue;
     bool first = range.range_mask == 0u;
     range.density_min = first ? record.density_min : min(range.density_min, record.density_min);
     range.density_max = first ? record.density_max : max(range.density_max, record.density_max);
     range.range_mask |= record.range_mask;
   }
-  RangeArray(push.ranges).at[cellIndex(cell, push.cell_dims)] = range;
+  RangeArray(push.ranges).at[latticeIndex(macrocell, push.macrocell_dims)] = range;
   if (range.range_mask != 0u) atomicAdd(Counter(push.occupied).count, 1u);
 }

@@ -10,7 +10,7 @@ vec3 voxelAt(float index) {
   return vec3(index - stride * (y + stride * z), y, z);
 }
 
-// Sides are powers of two, so that the bits of an index without a ring are the coordinates.
+// Sides are powers of two, so that the bits of an index without an apron are the coordinates.
 BLOCKWALK_DERIVED uint kSideBits = kSubblockSide == 4 ? 2u : (kSubblockSide == 8 ? 3u : 4u);
 
 // Where in memory the voxel lies.

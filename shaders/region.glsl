@@ -20,6 +20,6 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Counter { ui
 layout(local_size_x = kRegionGroupSide, local_size_y = kRegionGroupSide, local_size_z = kRegionGroupSide) in;
 
 // x fastest.
-uint cellIndex(ivec3 cell, ivec3 dims) { return uint(cell.x) + uint(dims.x) * (uint(cell.y) + uint(dims.y) * uint(cell.z)); }
+uint latticeIndex(ivec3 cell, ivec3 dims) { return uint(cell.x) + uint(dims.x) * (uint(cell.y) + uint(dims.y) * uint(cell.z)); }
 
 bool isInside(ivec3 cell, ivec3 dims) { return all(greaterThanEqual(cell, ivec3(0))) && all(lessThan(cell, dims)); }

@@ -10,7 +10,7 @@
 namespace blockwalk::gpu {
 #endif
 
-BLOCKWALK_CONST int kRegionGroupSide = 4;  // a workgroup is 4^3 cells or faces
+BLOCKWALK_CONST int kRegionGroupSide = 4;  // a workgroup is 4^3 macrocells or faces
 BLOCKWALK_CONST uint kFaceVertices = 6;    // two triangles
 BLOCKWALK_CONST uint kFaceFloats = 18;
 
@@ -19,12 +19,12 @@ struct MacrocellPush {
   uint64_t blocks;      // GpuBlock[]
   uint64_t subblocks;   // GpuSubblock[]
   uint64_t grid_tiles;  // as in FrameParams
-  uint64_t grid_cells;
+  uint64_t grid_blocks;
   uint64_t ranges;    // GpuSubblock[], x fastest: written
   uint64_t occupied;  // uint: macrocells with something in them, added to
   ivec3 tile_dims;
-  ivec3 cell_dims;
-  int cell_voxels;  // a multiple of subblock_side
+  ivec3 macrocell_dims;
+  int macrocell_voxels;  // a multiple of subblock_side
   int subblock_side;
   int block_side;
 };
@@ -39,27 +39,27 @@ struct ClassifiedChannel {
 // classify.comp: which macrocells some channel may be seen in.
 struct ClassifyPush {
   ClassifiedChannel channels[kMaxDrawnChannels];
-  uint64_t states;  // uint8_t[], x fastest: kCellActive or kCellCalm
-  uint cell_count;
+  uint64_t states;  // uint8_t[], x fastest: kMacrocellActive or kMacrocellCalm
+  uint macrocell_count;
   uint channel_count;
 };
 
 // surround.comp: which of the others touch an active one.
 struct SurroundPush {
   uint64_t states;      // of classify.comp
-  uint64_t surrounded;  // uint8_t[]: written, with kCellNear too
+  uint64_t surrounded;  // uint8_t[]: written, with kMacrocellNear too
   uint64_t active_count;
-  ivec3 cell_dims;
+  ivec3 macrocell_dims;
 };
 
-// boundary_faces.comp: two triangles for every face between an active cell and one that is not.
+// boundary_faces.comp: two triangles for every face between an active macrocell and one that is not.
 struct BoundaryPush {
   uint64_t states;      // of classify.comp
   uint64_t vertices;    // float[kFaceFloats][]: written
   uint64_t face_count;  // uint: added to, also beyond the capacity
   uint capacity;        // faces
-  ivec3 cell_dims;
-  float cell_voxels;
+  ivec3 macrocell_dims;
+  float macrocell_voxels;
   float slack;  // voxels
 };
 

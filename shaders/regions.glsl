@@ -25,12 +25,12 @@ vec2 boxInterval(Ray ray, vec3 lo, vec3 hi) {
 
 int found_cluster = 0;  // the box that nextCluster() found last, for output mesh
 
-// The part of the ray behind t in the box that it enters first (Ganter & Manzke 2019). The boxes that the driver knows are
-// larger and the query starts early; the exact interval decides. Empty where there is none.
+// The part of the ray behind t in the box that it enters first (Ganter & Manzke 2019). The boxes that the driver
+// knows are larger and the query starts early; the exact interval decides. Empty where there is none.
 vec2 nextCluster(Ray ray, float t, inout Work work) {
   work.queries += 1u;
   DriverRay driver = driverRay(ray);
-  float slack = 0.0625 * scene.cell_voxels;
+  float slack = 0.0625 * scene.macrocell_voxels;
   float query_start = max((t - driver.t_start) * driver.scale - slack, 0.0);
   rayQueryEXT query;
   rayQueryInitializeEXT(query, instances, gl_RayFlagsNoneEXT, 0xffu, driver.origin, query_start, driver.dir,
@@ -57,7 +57,7 @@ float nextFace(Ray ray, float t, bool leads_in, inout Work work) {
   uint facing = leads_in ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsCullFrontFacingTrianglesEXT;
   rayQueryInitializeEXT(query, instances, gl_RayFlagsOpaqueEXT | facing, 0xffu, driver.origin,
                         max((t - driver.t_start) * driver.scale, 0.0), driver.dir,
-                        (ray.t_max - driver.t_start) * driver.scale + scene.cell_voxels);
+                        (ray.t_max - driver.t_start) * driver.scale + scene.macrocell_voxels);
   while (rayQueryProceedEXT(query)) {
   }
   if (rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT) return kHugeT;
@@ -65,48 +65,51 @@ float nextFace(Ray ray, float t, bool leads_in, inout Work work) {
 }
 
 // Bytes, read by the word (voxel_words.glsl says why).
-uint cellState(Dda cells) {
-  uint cell = uint(cells.index);  // up to 2^24: more than wholeNumber() takes
-  return UintArray(scene.cell_states).at[cell >> 2] >> (8u * (cell & 3u)) & 255u;
+uint macrocellState(Dda macrocells) {
+  uint macrocell = uint(macrocells.index);  // up to 2^24: more than wholeNumber() takes
+  return UintArray(scene.macrocell_states).at[macrocell >> 2] >> (8u * (macrocell & 3u)) & 255u;
 }
 
-Dda enterCells(Ray ray, float t) {
-  vec3 count = vec3(scene.cell_dims);
-  return enterDda(ray, -scene.anchor, scene.cell_voxels, count, latticeStrides(count), t);
+Dda enterMacrocells(Ray ray, float t) {
+  vec3 count = vec3(scene.macrocell_dims);
+  return enterDda(ray, -scene.anchor, scene.macrocell_voxels, count, latticeStrides(count), t);
 }
 
-// Where the ray enters the cell at hand, whatever t it was found by.
-float entryOf(Ray ray, Dda cells) { return max3(planeT(ray, cells.far - scene.cell_voxels * (2.0 * ray.forward - 1.0))); }
+// Where the ray enters the macrocell at hand, whatever t it was found by.
+float entryOf(Ray ray, Dda macrocells) {
+  return max3(planeT(ray, macrocells.far - scene.macrocell_voxels * (2.0 * ray.forward - 1.0)));
+}
 
-// Where the active cells end that follow the one at hand (Wald et al. 2021, 4.3). The faces bound all that lies near active
-// cells, so the next one out is not before that; it may be behind it, and a cell that is not active then counts among them.
-float exitOf(Ray ray, Dda cells, inout Work work) {
-  float t_out = nextFace(ray, cells.t, false, work);
+// Where the active macrocells end that follow the one at hand (Wald et al. 2021, 4.3). The faces bound all that lies
+// near active macrocells, so the next one out is not before that; it may be behind it, and a macrocell that is not
+// active then counts among them.
+float exitOf(Ray ray, Dda macrocells, inout Work work) {
+  float t_out = nextFace(ray, macrocells.t, false, work);
   if (t_out >= ray.t_max) return ray.t_max;
-  Dda last = enterCells(ray, max(t_out, cells.t));
-  return cellState(last) == kCellActive ? last.t_exit : max(cells.t_exit, entryOf(ray, last));
+  Dda last = enterMacrocells(ray, max(t_out, macrocells.t));
+  return macrocellState(last) == kMacrocellActive ? last.t_exit : max(macrocells.t_exit, entryOf(ray, last));
 }
 
-// The part of the ray behind t from the first active cell to where the active cells end. Empty where there is none. Beside
-// active cells it goes from cell to cell, because there the driver cannot tell inside from outside; from any other cell
+// The part of the ray behind t from the first active macrocell to where the active macrocells end. Empty where there is none. Beside
+// active macrocells it goes from macrocell to macrocell, because there the driver cannot tell inside from outside; from any other macrocell
 // it goes to the next face that leads in.
 vec2 nextActive(Ray ray, float t, inout Work work) {
   const vec2 nothing = vec2(ray.t_max);
-  Dda cells = enterCells(ray, t);
-  // Every cell is entered once at most, and again by one jump to it.
-  int bound = 2 * (scene.cell_dims.x + scene.cell_dims.y + scene.cell_dims.z) + 8;
+  Dda macrocells = enterMacrocells(ray, t);
+  // Every macrocell is entered once at most, and again by one jump to it.
+  int bound = 2 * (scene.macrocell_dims.x + scene.macrocell_dims.y + scene.macrocell_dims.z) + 8;
   for (int i = 0; i < bound; ++i) {
-    uint state = cellState(cells);
-    if (state == kCellActive && cells.t_exit > cells.t) return vec2(cells.t, exitOf(ray, cells, work));
-    if (cells.t_exit >= ray.t_max) return nothing;
-    float t_in = state == kCellCalm ? nextFace(ray, cells.t, true, work) : 0.0;
-    if (state == kCellCalm && t_in >= ray.t_max) return nothing;
-    if (state == kCellCalm && t_in >= cells.t_exit) {
-      float before = cells.t_exit;
-      cells = enterCells(ray, t_in);
-      cells.t = max(before, entryOf(ray, cells));
+    uint state = macrocellState(macrocells);
+    if (state == kMacrocellActive && macrocells.t_exit > macrocells.t) return vec2(macrocells.t, exitOf(ray, macrocells, work));
+    if (macrocells.t_exit >= ray.t_max) return nothing;
+    float t_in = state == kMacrocellCalm ? nextFace(ray, macrocells.t, true, work) : 0.0;
+    if (state == kMacrocellCalm && t_in >= ray.t_max) return nothing;
+    if (state == kMacrocellCalm && t_in >= macrocells.t_exit) {
+      float before = macrocells.t_exit;
+      macrocells = enterMacrocells(ray, t_in);
+      macrocells.t = max(before, entryOf(ray, macrocells));
     } else {
-      stepDda(ray, scene.cell_voxels, latticeStrides(vec3(scene.cell_dims)), cells);
+      stepDda(ray, scene.macrocell_voxels, latticeStrides(vec3(scene.macrocell_dims)), macrocells);
     }
   }
   work.loop_bound_hits += 1u;
@@ -115,7 +118,7 @@ vec2 nextActive(Ray ray, float t, inout Work work) {
 
 // The next block that the grid has where the ray crosses what is active: from t on, or from the next such part.
 uint findInRegion(Ray ray, float t, inout vec2 span, inout Work work) {
-  int bound = scene.cell_dims.x + scene.cell_dims.y + scene.cell_dims.z + 4;
+  int bound = scene.macrocell_dims.x + scene.macrocell_dims.y + scene.macrocell_dims.z + 4;
   for (int i = 0; i < bound; ++i) {
     if (t >= span.y) {
       span = kFinder == kFinderClusters ? nextCluster(ray, t, work) : nextActive(ray, t, work);

@@ -26,7 +26,7 @@ int traversalBound() {
   int blocks = frame.block_dims.x + frame.block_dims.y + frame.block_dims.z;
   int bound = (kFinder == kFinderOctree ? 2 + kBlockSide : 2) * blocks + 8;
   if (kFinder == kFinderOctree || !kFindsIntervals) return bound;
-  return bound + scene.cell_dims.x + scene.cell_dims.y + scene.cell_dims.z;
+  return bound + scene.macrocell_dims.x + scene.macrocell_dims.y + scene.macrocell_dims.z;
 }
 
 uint traverse(Ray ray, inout Ink ink, inout Work work) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One subblock at hand: where its voxels are and which of its cells may show something.
+// One subblock at hand: where its voxels are and which of its quarters may show something.
 
 bool isInRange(int c, float density) {
   return density >= scene.channels[c].density_lo && density <= scene.channels[c].density_hi;
@@ -9,24 +9,24 @@ bool isInRange(int c, float density) {
 struct SubblockVoxels {
   uint64_t at[kMaxDrawnChannels];  // device addresses
   uint channels;                   // bit c: channel c may show something here
-  uvec2 cells;                     // bit x + 4 y + 16 z: some channel may in this cell of a quarter of the side
+  uvec2 quarters;                     // bit x + 4 y + 16 z: some channel may in this quarter
 };
 
 // Whether channel c need be looked at. Of one channel the subblock is visited because of it.
 bool mayShow(SubblockVoxels voxels, int c) { return kChannels == 1 || !kCull || (voxels.channels >> c & 1u) != 0u; }
 
-bool mayShowSomething(SubblockVoxels voxels) { return !kCull || (voxels.cells.x | voxels.cells.y) != 0u; }
+bool mayShowSomething(SubblockVoxels voxels) { return !kCull || (voxels.quarters.x | voxels.quarters.y) != 0u; }
 
-bool cellMayShow(SubblockVoxels voxels, float index) {
-  uint cell = wholeNumber(index);
-  return ((cell < 32u ? voxels.cells.x : voxels.cells.y) >> (cell & 31u) & 1u) != 0u;
+bool quarterMayShow(SubblockVoxels voxels, float index) {
+  uint quarter = wholeNumber(index);
+  return ((quarter < 32u ? voxels.quarters.x : voxels.quarters.y) >> (quarter & 31u) & 1u) != 0u;
 }
 
 SubblockVoxels firstSubblock(uint block) {
   SubblockVoxels voxels;
   forEachChannel(c) voxels.at[c] = channelBlockAt(c, block).voxels;
   voxels.channels = 0u;
-  voxels.cells = uvec2(0u);
+  voxels.quarters = uvec2(0u);
   return voxels;
 }
 
@@ -38,11 +38,11 @@ SubblockVoxels subblockOfRank(SubblockVoxels first, uint rank) {
 }
 
 // What of it may show something. `subblock` is its number in the level.
-void findCells(uint subblock, inout SubblockVoxels voxels) {
+void findQuarters(uint subblock, inout SubblockVoxels voxels) {
   if (!kCull) return;
   forEachChannel(c) {
-    uvec2 cells = unpackUint2x32(U64Array(scene.channels[c].cells).at[subblock]);
-    voxels.channels |= (cells.x | cells.y) != 0u ? 1u << c : 0u;
-    voxels.cells |= cells;
+    uvec2 quarters = unpackUint2x32(U64Array(scene.channels[c].quarters).at[subblock]);
+    voxels.channels |= (quarters.x | quarters.y) != 0u ? 1u << c : 0u;
+    voxels.quarters |= quarters;
   }
 }

@@ -13,10 +13,10 @@ namespace blockwalk {
 
 // The active region that the finders clusters and boundary look for (docs/finders.md), as it was last built.
 struct FinderBuild {
-  bool rebuilt = false;     // by this frame; else what follows is of an earlier one
-  int cell_voxels = 0;      // side of a macrocell; 0 where the finder has none
-  std::uint64_t cells = 0;  // macrocells of the level's box
-  std::uint64_t active_cells = 0;
+  bool rebuilt = false;          // by this frame; else what follows is of an earlier one
+  int macrocell_voxels = 0;      // side of a macrocell; 0 where the finder has none
+  std::uint64_t macrocells = 0;  // macrocells of the level's box
+  std::uint64_t active_macrocells = 0;
   std::uint64_t primitives = 0;  // triangles, or boxes
   std::uint64_t bytes = 0;       // on the device, without the macrocells' ranges
   // Wall times. Wald et al. 2021, Table 1: T_tf, T_tris (clusters: merging), T_BVH, T_total.

@@ -9,9 +9,9 @@ namespace blockwalk {
 
 // A piece of a volume on the device.
 struct ResidentPart {
-  std::string what;  // voxels, blocks, masks, cells, ... (renderer/plan/need.h)
+  std::string what;  // voxels, blocks, masks, quarters, ... (renderer/plan/need.h)
   int level = 0;
-  bool apron = false;  // of the level whose subblocks carry a ring (volume/file/apron.h)
+  bool apron = false;  // of the level whose subblocks carry an apron (volume/file/apron.h)
   static constexpr int kAllChannels = -1;
   int channel = kAllChannels;  // of the volume
   std::uint64_t bytes = 0;

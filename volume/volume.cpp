@@ -89,14 +89,21 @@ int levelCount(glm::ivec3 dims, int block_voxels) {
   return count;
 }
 
+std::array<glm::dvec3, 8> worldCorners(const VolumeInfo& info) {
+  std::array<glm::dvec3, 8> corners;
+  for (int i = 0; i < 8; ++i) {
+    const glm::dvec4 index(glm::dvec3(info.dims) * glm::dvec3(i & 1, i >> 1 & 1, i >> 2), 1);
+    corners[static_cast<std::size_t>(i)] = glm::dvec3(info.world_from_index * index);
+  }
+  return corners;
+}
+
 WorldBox worldBox(const VolumeInfo& info) {
   WorldBox box{.min = glm::dvec3(std::numeric_limits<double>::infinity()),
                .max = glm::dvec3(-std::numeric_limits<double>::infinity())};
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 sides((corner & 1) != 0, (corner & 2) != 0, (corner & 4) != 0);
-    const glm::dvec3 world(info.world_from_index * glm::dvec4(sides * glm::dvec3(info.dims), 1.0));
-    box.min = glm::min(box.min, world);
-    box.max = glm::max(box.max, world);
+  for (const glm::dvec3& corner : worldCorners(info)) {
+    box.min = glm::min(box.min, corner);
+    box.max = glm::max(box.max, corner);
   }
   return box;
 }

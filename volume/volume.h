@@ -179,6 +179,8 @@ struct WorldBox {
   glm::dvec3 max{0};
 };
 WorldBox worldBox(const VolumeInfo& info);
+// World corners of the volume, which need not be those of its box; x changes first.
+std::array<glm::dvec3, 8> worldCorners(const VolumeInfo& info);
 double unitDistance(const VolumeInfo& info);
 
 // What an empty voxel of a channel counts as in averages and interpolation, stored units, a value of the stored type:

@@ -105,7 +105,7 @@ bool isNeeded(const ResidentPart& part, const Plan& plan) {
   const auto isOf = [&](const ChannelPlan& drawn) { return part.channel == static_cast<int>(drawn.channel); };
   if (part.channel != ResidentPart::kAllChannels && std::ranges::none_of(plan.channels, isOf)) return false;
   if (part.what == "masks") return plan.asksFor(Part::masks);
-  if (part.what == "cells") return plan.asksFor(Part::visible_cells);
+  if (part.what == "quarters") return plan.asksFor(Part::visible_quarters);
   if (part.what == "grid") return plan.asksFor(Part::grid);
   if (part.what == "instances") return plan.asksFor(Part::instances);
   return true;
@@ -115,7 +115,7 @@ bool isNeeded(const ResidentPart& part, const Plan& plan) {
 json residency(const ResidentVolume& volume, const ResolvedView& view, const Plan& plan) {
   std::map<std::string, std::uint64_t> needed, left_out;
   for (const ResidentPart& part : volume.parts()) {
-    const std::string what = part.what + (part.apron ? " with ring" : "");
+    const std::string what = part.what + (part.apron ? " with apron" : "");
     if (isNeeded(part, plan)) {
       needed[what] += part.bytes;
     } else {

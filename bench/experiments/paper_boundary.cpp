@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr int kCellSides[] = {8, 16, 32};
+constexpr int kMacrocellSides[] = {8, 16, 32};
 constexpr int kDefaultSide = 16;  // the paper's
 
 std::vector<Choice> builders(std::span<const int> sides) {
@@ -78,7 +78,7 @@ json runPaperBoundary(const ExperimentOptions& options) {
       if (options.on_step) options.on_step(file.name + ": " + what);
     };
     const auto volume = renderer->load(VolumeFile(file.path));
-    std::vector<int> sides(std::begin(kCellSides), std::end(kCellSides));
+    std::vector<int> sides(std::begin(kMacrocellSides), std::end(kMacrocellSides));
     std::erase_if(sides,
                   [&](int side) { return side < volume->info().subblock_side; });  // macrocells are subblocks at least
     View view = boundaryView(options, volume->info());

@@ -59,9 +59,10 @@ struct Times {
 };
 
 json buildJson(const FinderBuild& build, const Times& times) {
-  return {{"cells", build.cells},        {"active_cells", build.active_cells}, {"primitives", build.primitives},
-          {"bytes", build.bytes},        {"tf_ms", median(times.tf)},          {"tris_ms", median(times.tris)},
-          {"bvh_ms", median(times.bvh)}, {"total_ms", median(times.total)}};
+  return {{"macrocells", build.macrocells}, {"active_macrocells", build.active_macrocells},
+          {"primitives", build.primitives}, {"bytes", build.bytes},
+          {"tf_ms", median(times.tf)},      {"tris_ms", median(times.tris)},
+          {"bvh_ms", median(times.bvh)},    {"total_ms", median(times.total)}};
 }
 
 }  // namespace
@@ -99,7 +100,7 @@ json dimsJson(const VolumeInfo& info) { return {info.dims.x, info.dims.y, info.d
 json residentBytes(const ResidentVolume& volume) {
   json parts = json::object();
   for (const ResidentPart& part : volume.parts()) {
-    const std::string what = part.what + (part.apron ? " with ring" : "");
+    const std::string what = part.what + (part.apron ? " with apron" : "");
     parts[what] = parts.value(what, std::uint64_t{0}) + part.bytes;
   }
   return parts;

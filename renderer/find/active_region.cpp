@@ -12,15 +12,16 @@
 namespace blockwalk {
 namespace {
 
-// Boxes and faces enclose the active cells with this much to spare, so that whatever ray the exact planes take through
-// one meets its box or face in the driver's arithmetic too. A coordinate of 65536 has a rounding of 1/128 voxel.
-constexpr float kSlackShare = 1.0f / 16;  // of a cell
+// Boxes and faces enclose the active macrocells with this much to spare, so that whatever ray the exact planes take
+// through one meets its box or face in the driver's arithmetic too. A coordinate of 65536 has a rounding of 1/128
+// voxel.
+constexpr float kSlackShare = 1.0f / 16;  // of a macrocell
 
 // Beyond this many bytes room for vertices is made when they are known to be so many.
 constexpr std::uint64_t kPreallocatedBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kFaceBytes = gpu::kFaceFloats * sizeof(float);
 
-std::uint64_t cellCount(glm::ivec3 dims) {
+std::uint64_t macrocellCount(glm::ivec3 dims) {
   return static_cast<std::uint64_t>(dims.x) * static_cast<std::uint64_t>(dims.y) * static_cast<std::uint64_t>(dims.z);
 }
 
@@ -46,11 +47,11 @@ void reserve(Device& device, Buffer& buffer, std::uint64_t bytes, BufferUse use)
 
 }  // namespace
 
-glm::ivec3 macrocellDims(glm::ivec3 level_dims, int cell_voxels) {
-  return (level_dims + (cell_voxels - 1)) / cell_voxels;
+glm::ivec3 macrocellDims(glm::ivec3 level_dims, int macrocell_voxels) {
+  return (level_dims + (macrocell_voxels - 1)) / macrocell_voxels;
 }
 
-// Ranges do not change: once a level, cell size and channel.
+// Ranges do not change: once a level, macrocell size and channel.
 std::unique_ptr<Making> ActiveRegions::makeMacrocells(const StoredVolume& volume, const Need& need,
                                                       std::shared_ptr<const ResidentBlocks> blocks,
                                                       std::shared_ptr<const ResidentMasks> masks,
@@ -58,19 +59,19 @@ std::unique_ptr<Making> ActiveRegions::makeMacrocells(const StoredVolume& volume
   return makeAtOnce(
       [this, file = volume.file, need, blocks = std::move(blocks), masks = std::move(masks), grid = std::move(grid)] {
         const VolumeInfo& info = file->info();
-        const glm::ivec3 dims = macrocellDims(info.level(need.level, need.form).dims, need.cell_voxels);
+        const glm::ivec3 dims = macrocellDims(info.level(need.level, need.form).dims, need.macrocell_voxels);
         const Buffer counter(device_, sizeof(std::uint32_t), BufferUse::readback);
         auto made = std::make_unique<ResidentMacrocells>();
-        made->ranges = Buffer(device_, cellCount(dims) * sizeof(gpu::GpuSubblock), BufferUse::resident);
+        made->ranges = Buffer(device_, macrocellCount(dims) * sizeof(gpu::GpuSubblock), BufferUse::resident);
         const gpu::MacrocellPush push{.blocks = blocks->records.address(),
                                       .subblocks = masks->records.address(),
                                       .grid_tiles = grid->tiles.address(),
-                                      .grid_cells = grid->cells.address(),
+                                      .grid_blocks = grid->blocks.address(),
                                       .ranges = made->ranges.address(),
                                       .occupied = counter.address(),
                                       .tile_dims = grid->tile_dims,
-                                      .cell_dims = dims,
-                                      .cell_voxels = need.cell_voxels,
+                                      .macrocell_dims = dims,
+                                      .macrocell_voxels = need.macrocell_voxels,
                                       .subblock_side = info.subblock_side,
                                       .block_side = info.block_side};
         counter.mappedAs<std::uint32_t>()[0] = 0;
@@ -94,8 +95,8 @@ class ActiveRegions::RegionMaking final : public Making {
         macrocells_(std::move(macrocells)),
         scratch_(std::exchange(regions.spare_, {})),
         made_(std::make_unique<ResidentRegion>()) {
-    made_->cell_dims = macrocellDims(level_dims, need.cell_voxels);
-    made_->build = {.cell_voxels = need.cell_voxels, .cells = cellCount(made_->cell_dims)};
+    made_->macrocell_dims = macrocellDims(level_dims, need.macrocell_voxels);
+    made_->build = {.macrocell_voxels = need.macrocell_voxels, .macrocells = macrocellCount(made_->macrocell_dims)};
     for (const auto& of_channel : macrocells_) occupied_ += of_channel->occupied;
   }
   ~RegionMaking() override { regions_.spare_ = std::move(scratch_); }
@@ -109,7 +110,7 @@ class ActiveRegions::RegionMaking final : public Making {
       is_classified_ = true;
       return nullptr;
     }
-    if (build.active_cells == 0) {
+    if (build.active_macrocells == 0) {
       made_->bottom = buildUnitBox(device_);
       made_->top = buildOneInstance(device_, made_->bottom, 0);
     } else if (!(need_.part == Part::clusters ? mergeBoxes() : extractBoundary())) {
@@ -122,7 +123,7 @@ class ActiveRegions::RegionMaking final : public Making {
 
  private:
   struct Merged {
-    std::vector<CellBox> boxes;
+    std::vector<MacrocellBox> boxes;
     double ms = 0;
   };
 
@@ -138,7 +139,7 @@ class ActiveRegions::RegionMaking final : public Making {
   Device& device_;
   Need need_;
   std::vector<std::shared_ptr<const ResidentMacrocells>> macrocells_;
-  std::uint64_t occupied_ = 0;  // at most so many cells can be active
+  std::uint64_t occupied_ = 0;  // at most so many macrocells can be active
   Scratch scratch_;
   std::unique_ptr<ResidentRegion> made_;
   bool is_classified_ = false;
@@ -153,10 +154,10 @@ std::unique_ptr<Making> ActiveRegions::makeRegion(const StoredVolume& volume, co
 }
 
 void ActiveRegions::RegionMaking::classify() {
-  const std::uint64_t cells = cellCount(made_->cell_dims);
-  reserve(device_, scratch_.classified, cells, BufferUse::readback);
+  const std::uint64_t macrocells = macrocellCount(made_->macrocell_dims);
+  reserve(device_, scratch_.classified, macrocells, BufferUse::readback);
   reserve(device_, scratch_.counter, sizeof(std::uint32_t), BufferUse::readback);
-  made_->states = Buffer(device_, (cells + 3) / 4 * 4, BufferUse::resident);  // the render kernel reads words
+  made_->states = Buffer(device_, (macrocells + 3) / 4 * 4, BufferUse::resident);  // the render kernel reads words
   std::vector<glm::vec2> intervals;
   for (const RegionChannel& drawn : need_.region) {
     for (const StoredRange& range : drawn.densities) intervals.emplace_back(range.lo, range.hi);
@@ -173,29 +174,29 @@ void ActiveRegions::RegionMaking::classify() {
     next += drawn.densities.size() * sizeof(glm::vec2);
   }
   push.states = scratch_.classified.address();
-  push.cell_count = static_cast<gpu::uint>(cells);
+  push.macrocell_count = static_cast<gpu::uint>(macrocells);
   push.channel_count = static_cast<gpu::uint>(need_.region.size());
   const gpu::SurroundPush surround{.states = scratch_.classified.address(),
                                    .surrounded = made_->states.address(),
                                    .active_count = scratch_.counter.address(),
-                                   .cell_dims = made_->cell_dims};
+                                   .macrocell_dims = made_->macrocell_dims};
   scratch_.counter.mappedAs<std::uint32_t>()[0] = 0;
   device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-    regions_.kernels_.dispatch(commands, RegionKernel::classify, push, made_->cell_dims);
+    regions_.kernels_.dispatch(commands, RegionKernel::classify, push, made_->macrocell_dims);
     makeVisible(commands);
-    regions_.kernels_.dispatch(commands, RegionKernel::surround, surround, made_->cell_dims);
+    regions_.kernels_.dispatch(commands, RegionKernel::surround, surround, made_->macrocell_dims);
     makeVisible(commands);
   });
-  made_->build.active_cells = scratch_.counter.mappedAs<std::uint32_t>()[0];
+  made_->build.active_macrocells = scratch_.counter.mappedAs<std::uint32_t>()[0];
 }
 
 // True once they are built.
 bool ActiveRegions::RegionMaking::mergeBoxes() {
   if (!merging_) {
-    const auto states = scratch_.classified.mappedAs<std::uint8_t>().first(cellCount(made_->cell_dims));
-    merging_.emplace([states = std::vector<std::uint8_t>(states.begin(), states.end()), dims = made_->cell_dims] {
+    const auto states = scratch_.classified.mappedAs<std::uint8_t>().first(macrocellCount(made_->macrocell_dims));
+    merging_.emplace([states = std::vector<std::uint8_t>(states.begin(), states.end()), dims = made_->macrocell_dims] {
       Merged merged;
-      merged.ms = timed([&] { merged.boxes = mergeCells(states, dims); });
+      merged.ms = timed([&] { merged.boxes = mergeMacrocells(states, dims); });
       return merged;
     });
   }
@@ -205,7 +206,7 @@ bool ActiveRegions::RegionMaking::mergeBoxes() {
   build.tris_ms = merged.ms;
   build.primitives = merged.boxes.size();
   build.bvh_ms = timed([&] {
-    const auto side = static_cast<float>(need_.cell_voxels);
+    const auto side = static_cast<float>(need_.macrocell_voxels);
     const glm::vec3 slack(kSlackShare * side);
     std::vector<glm::vec3> corners;
     const Buffer enlarged(device_, merged.boxes.size() * sizeof(VkAabbPositionsKHR), BufferUse::instances);
@@ -227,14 +228,14 @@ bool ActiveRegions::RegionMaking::mergeBoxes() {
 
 // Returns how many there are, of which those that there was room for are written.
 std::uint32_t ActiveRegions::RegionMaking::writeFaces() {
-  const auto side = static_cast<float>(need_.cell_voxels);
-  const glm::ivec3 dims = made_->cell_dims;
+  const auto side = static_cast<float>(need_.macrocell_voxels);
+  const glm::ivec3 dims = made_->macrocell_dims;
   const gpu::BoundaryPush push{.states = scratch_.classified.address(),
                                .vertices = scratch_.vertices.address(),
                                .face_count = scratch_.counter.address(),
                                .capacity = static_cast<gpu::uint>(scratch_.vertices.bytes() / kFaceBytes),
-                               .cell_dims = dims,
-                               .cell_voxels = side,
+                               .macrocell_dims = dims,
+                               .macrocell_voxels = side,
                                .slack = kSlackShare * side};
   scratch_.counter.mappedAs<std::uint32_t>()[0] = 0;
   RegionKernels& kernels = regions_.kernels_;

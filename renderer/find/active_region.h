@@ -9,9 +9,9 @@
 namespace blockwalk {
 
 // Macrocells of a level's box.
-glm::ivec3 macrocellDims(glm::ivec3 level_dims, int cell_voxels);
+glm::ivec3 macrocellDims(glm::ivec3 level_dims, int macrocell_voxels);
 
-// Makes macrocells and regions resident. All but the merging of cells into boxes is done by kernels.
+// Makes macrocells and regions resident. All but the merging of macrocells into boxes is done by kernels.
 class ActiveRegions {
  public:
   explicit ActiveRegions(Device& device) : device_(device), kernels_(device) {}
@@ -33,7 +33,7 @@ class ActiveRegions {
   class RegionMaking;
   // What a region is made with. The last one's is kept for the next.
   struct Scratch {
-    Buffer classified;  // states before cells near active ones are told
+    Buffer classified;  // states before macrocells near active ones are told
     Buffer vertices;    // of the boundary, preallocated
     Buffer counter;
   };

@@ -7,7 +7,7 @@
 namespace blockwalk {
 namespace {
 
-std::size_t cellIndex(glm::ivec3 cell, glm::ivec3 dims) {
+std::size_t latticeIndex(glm::ivec3 cell, glm::ivec3 dims) {
   return static_cast<std::size_t>(cell.x) +
          static_cast<std::size_t>(dims.x) *
              (static_cast<std::size_t>(cell.y) + static_cast<std::size_t>(dims.y) * static_cast<std::size_t>(cell.z));
@@ -19,15 +19,15 @@ BlockGrid buildBlockGrid(const Level& level, int block_voxels) {
   constexpr int kSide = gpu::kGridTileSide;
   BlockGrid grid;
   grid.tile_dims = (blockDims(level.info.dims, block_voxels) + (kSide - 1)) / kSide;
-  grid.tiles.assign(cellIndex({0, 0, grid.tile_dims.z}, grid.tile_dims), kNoBlock);
+  grid.tiles.assign(latticeIndex({0, 0, grid.tile_dims.z}, grid.tile_dims), kNoBlock);
   for (std::size_t i = 0; i < level.blocks.size(); ++i) {
     const glm::ivec3 origin = level.blocks[i].origin;
-    std::uint32_t& tile = grid.tiles[cellIndex(origin / kSide, grid.tile_dims)];
+    std::uint32_t& tile = grid.tiles[latticeIndex(origin / kSide, grid.tile_dims)];
     if (tile == kNoBlock) {
-      tile = static_cast<std::uint32_t>(grid.cells.size() / (kSide * kSide * kSide));
-      grid.cells.resize(grid.cells.size() + kSide * kSide * kSide, kNoBlock);
+      tile = static_cast<std::uint32_t>(grid.blocks.size() / (kSide * kSide * kSide));
+      grid.blocks.resize(grid.blocks.size() + kSide * kSide * kSide, kNoBlock);
     }
-    grid.cells[std::size_t{tile} * kSide * kSide * kSide + cellIndex(origin % kSide, glm::ivec3(kSide))] =
+    grid.blocks[std::size_t{tile} * kSide * kSide * kSide + latticeIndex(origin % kSide, glm::ivec3(kSide))] =
         static_cast<std::uint32_t>(i);
   }
   return grid;

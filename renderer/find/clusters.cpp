@@ -9,29 +9,29 @@
 namespace blockwalk {
 namespace {
 
-// The active cells that are in no box yet.
+// The active macrocells that are in no box yet.
 class Pool {
  public:
   Pool(std::vector<std::uint8_t> states, glm::ivec3 dims) : states_(std::move(states)), dims_(dims) {}
 
-  bool holds(const CellBox& box) const {
+  bool holds(const MacrocellBox& box) const {
     return everyRow(box, [this](std::size_t first, std::size_t count) {
       return std::all_of(states_.begin() + static_cast<std::ptrdiff_t>(first),
                          states_.begin() + static_cast<std::ptrdiff_t>(first + count),
-                         [](std::uint8_t state) { return state == gpu::kCellActive; });
+                         [](std::uint8_t state) { return state == gpu::kMacrocellActive; });
     });
   }
 
-  void take(const CellBox& box) {
+  void take(const MacrocellBox& box) {
     everyRow(box, [this](std::size_t first, std::size_t count) {
-      std::fill_n(states_.begin() + static_cast<std::ptrdiff_t>(first), count, std::uint8_t{gpu::kCellCalm});
+      std::fill_n(states_.begin() + static_cast<std::ptrdiff_t>(first), count, std::uint8_t{gpu::kMacrocellCalm});
       return true;
     });
   }
 
  private:
   template <typename Row>
-  bool everyRow(const CellBox& box, Row row) const {
+  bool everyRow(const MacrocellBox& box, Row row) const {
     for (int z = box.lo.z; z < box.hi.z; ++z) {
       for (int y = box.lo.y; y < box.hi.y; ++y) {
         const std::size_t first =
@@ -48,10 +48,10 @@ class Pool {
   glm::ivec3 dims_;
 };
 
-CellBox grow(const Pool& pool, CellBox box, glm::ivec3 dims) {
+MacrocellBox grow(const Pool& pool, MacrocellBox box, glm::ivec3 dims) {
   for (int axis = 0; axis < 3; ++axis) {
     while (box.hi[axis] < dims[axis]) {
-      CellBox next = box;
+      MacrocellBox next = box;
       next.lo[axis] = box.hi[axis];
       next.hi[axis] = box.hi[axis] + 1;
       if (!pool.holds(next)) break;
@@ -63,18 +63,18 @@ CellBox grow(const Pool& pool, CellBox box, glm::ivec3 dims) {
 
 }  // namespace
 
-std::vector<CellBox> mergeCells(std::vector<std::uint8_t> states, glm::ivec3 dims) {
-  const auto cells =
+std::vector<MacrocellBox> mergeMacrocells(std::vector<std::uint8_t> states, glm::ivec3 dims) {
+  const auto macrocells =
       static_cast<std::size_t>(dims.x) * static_cast<std::size_t>(dims.y) * static_cast<std::size_t>(dims.z);
-  BLOCKWALK_CHECK(states.size(), ==, cells);
+  BLOCKWALK_CHECK(states.size(), ==, macrocells);
   Pool pool(std::move(states), dims);
-  std::vector<CellBox> boxes;
+  std::vector<MacrocellBox> boxes;
   for (int z = 0; z < dims.z; ++z) {
     for (int y = 0; y < dims.y; ++y) {
       for (int x = 0; x < dims.x; ++x) {
-        const CellBox cell{.lo = {x, y, z}, .hi = {x + 1, y + 1, z + 1}};
-        if (!pool.holds(cell)) continue;
-        boxes.push_back(grow(pool, cell, dims));
+        const MacrocellBox macrocell{.lo = {x, y, z}, .hi = {x + 1, y + 1, z + 1}};
+        if (!pool.holds(macrocell)) continue;
+        boxes.push_back(grow(pool, macrocell, dims));
         pool.take(boxes.back());
       }
     }

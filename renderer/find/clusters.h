@@ -9,16 +9,16 @@
 
 namespace blockwalk {
 
-// Cells lo..hi, hi excluded.
-struct CellBox {
+// Macrocells lo..hi, hi excluded.
+struct MacrocellBox {
   glm::ivec3 lo{0};
   glm::ivec3 hi{0};
-  bool operator==(const CellBox&) const = default;
+  bool operator==(const MacrocellBox&) const = default;
 };
 
-// Greedily: the first active cell that is in no box grows a box along x, then y, then z, as far as all that it takes in
-// is active and in no box. The boxes are disjoint and cover exactly the active cells. `states` is x fastest; a cell is
-// active where it is kCellActive.
-std::vector<CellBox> mergeCells(std::vector<std::uint8_t> states, glm::ivec3 dims);
+// Greedily: the first active macrocell that is in no box grows a box along x, then y, then z, as far as all that it
+// takes in is active and in no box. The boxes are disjoint and cover exactly the active macrocells. `states` is x
+// fastest; a macrocell is active where it is kMacrocellActive.
+std::vector<MacrocellBox> mergeMacrocells(std::vector<std::uint8_t> states, glm::ivec3 dims);
 
 }  // namespace blockwalk

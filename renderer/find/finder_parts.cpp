@@ -17,28 +17,28 @@ class BringGrid {
   BringGrid(Device& device, BlockGrid built)
       : built_(std::move(built)),
         tiles_(uploadOf(device, std::span<const std::uint32_t>(built_.tiles))),
-        cells_(uploadOf(device, std::span<const std::uint32_t>(built_.cells))) {}
+        blocks_(uploadOf(device, std::span<const std::uint32_t>(built_.blocks))) {}
   BringGrid(const BringGrid&) = delete;
   BringGrid& operator=(const BringGrid&) = delete;
 
   std::unique_ptr<Resident> advance() {
     if (!has_tiles_) {
       has_tiles_ = !tiles_.advance();
-      if (!has_tiles_ || built_.cells.size() * sizeof(std::uint32_t) > kUploadPiece) return nullptr;
+      if (!has_tiles_ || built_.blocks.size() * sizeof(std::uint32_t) > kUploadPiece) return nullptr;
     }
-    if (cells_.advance()) return nullptr;
+    if (blocks_.advance()) return nullptr;
     auto made = std::make_unique<ResidentGrid>();
     made->tile_dims = built_.tile_dims;
     made->tiles = tiles_.take();
-    made->cells = cells_.take();
+    made->blocks = blocks_.take();
     return made;
   }
-  std::uint64_t bytes() const { return tiles_.bytes() + cells_.bytes(); }
+  std::uint64_t bytes() const { return tiles_.bytes() + blocks_.bytes(); }
 
  private:
   BlockGrid built_;
   Upload tiles_;
-  Upload cells_;
+  Upload blocks_;
   bool has_tiles_ = false;
 };
 

@@ -6,7 +6,7 @@
 namespace blockwalk {
 
 std::string_view partName(Part part) {
-  static constexpr std::string_view kNames[] = {"voxels",   "blocks",   "masks",  "cells",     "empty",
+  static constexpr std::string_view kNames[] = {"voxels",   "blocks",   "masks",  "quarters",  "empty",
                                                 "table",    "grid",     "octree", "instances", "macrocells",
                                                 "clusters", "boundary", "sums"};
   static_assert(std::size(kNames) == kPartKinds);

@@ -22,23 +22,23 @@ struct StoredRange {
 
 // Kinds of what is resident.
 enum class Part : std::uint8_t {
-  voxels,         // of a channel of a level
-  blocks,         // the kernel's records of its blocks, with the addresses of the voxels
-  masks,          // minimum, maximum and range mask of its subblocks
-  visible_cells,  // which cells of those may show something in a range
-  empty,          // one subblock that is empty everywhere
-  table,          // a transfer function, baked
-  grid,           // what finders look in, of a level
+  voxels,            // of a channel of a level
+  blocks,            // the kernel's records of its blocks, with the addresses of the voxels
+  masks,             // minimum, maximum and range mask of its subblocks
+  visible_quarters,  // which quarters of those may show something in a range
+  empty,             // one subblock that is empty everywhere
+  table,             // a transfer function, baked
+  grid,              // what finders look in, of a level
   octree,
   instances,
-  macrocells,  // ranges of a channel in larger cells
+  macrocells,  // ranges of a channel in cells of a lattice over the level
   clusters,    // the active ones of those: as boxes, or the triangles around them
   boundary,
   sums,  // of samples: what a refinement goes on with
 };
 constexpr int kPartKinds = static_cast<int>(Part::sums) + 1;
 
-// As reports name them: voxels, blocks, masks, cells, ...
+// As reports name them: voxels, blocks, masks, quarters, ...
 std::string_view partName(Part part);
 
 // What a baked transfer function is made of (renderer/plan/transfer_table.h).
@@ -67,11 +67,11 @@ struct Need {
   Part part = Part::voxels;
   int level = 0;
   Form form = Form::values;
-  bool apron = false;          // voxels with the ring around every subblock, and what is made of those
+  bool apron = false;          // voxels with the apron around every subblock, and what is made of those
   int channel = kAllChannels;  // of the volume
-  StoredRange range{};         // visible_cells: as densities are on the device
+  StoredRange range{};         // visible_quarters: as densities are on the device
   bool of_blocks = false;      // octree: the leaves are blocks, not subblocks
-  int cell_voxels = 0;         // macrocells, clusters, boundary: side of a cell
+  int macrocell_voxels = 0;    // macrocells, clusters, boundary: side of one
   TableRecipe table{};
   std::vector<RegionChannel> region{};  // clusters, boundary
   std::uint64_t owner = 0;              // sums

@@ -15,12 +15,11 @@ namespace {
 constexpr float kNoDepth = std::numeric_limits<float>::infinity();
 constexpr float kNothing = std::numeric_limits<float>::quiet_NaN();
 
-// The part of the box's corners' depths that lies before the eye.
+// The part of the corners' depths that lies before the eye.
 glm::dvec2 depthRange(const Camera& camera, const VolumeInfo& info) {
   glm::dvec2 range(std::numeric_limits<double>::infinity(), 0);
-  for (int i = 0; i < 8; ++i) {
-    const glm::dvec4 index(glm::dvec3(info.dims) * glm::dvec3(i & 1, i >> 1 & 1, i >> 2), 1);
-    const double depth = glm::dot(glm::dvec3(info.world_from_index * index) - camera.eye, camera.forward);
+  for (const glm::dvec3& corner : worldCorners(info)) {
+    const double depth = glm::dot(corner - camera.eye, camera.forward);
     range = {std::min(range.x, depth), std::max(range.y, depth)};
   }
   return {std::max(range.x, 0.0), range.y};

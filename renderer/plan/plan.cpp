@@ -4,12 +4,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <iterator>
 #include <limits>
 
+#include "renderer/plan/clip_planes.h"
 #include "renderer/plan/density_scale.h"
+#include "renderer/plan/level_choice.h"
 #include "renderer/plan/transfer_table.h"
 #include "renderer/plan/visible_densities.h"
 #include "shaders/kernel_interface.h"
@@ -57,20 +57,20 @@ void refuseWhatIsNotDefined(const ResolvedView& view, const VolumeInfo& info) {
 }
 
 // A DDA counts tiles and macrocells in a float.
-constexpr std::uint64_t kMaxCells = std::uint64_t{1} << 24;
+constexpr std::uint64_t kMaxMacrocells = std::uint64_t{1} << 24;
 
 // Cells of some voxels in a level's box.
-std::uint64_t cellCount(const VolumeInfo& info, int level, int cell_voxels) {
+std::uint64_t macrocellCount(const VolumeInfo& info, int level, int macrocell_voxels) {
   const glm::ivec3 dims = info.levels[static_cast<std::size_t>(level)].dims;
-  std::uint64_t cells = 1;
+  std::uint64_t macrocells = 1;
   for (int axis = 0; axis < 3; ++axis) {
-    cells *= static_cast<std::uint64_t>((dims[axis] + cell_voxels - 1) / cell_voxels);
+    macrocells *= static_cast<std::uint64_t>((dims[axis] + macrocell_voxels - 1) / macrocell_voxels);
   }
-  return cells;
+  return macrocells;
 }
 
 std::uint64_t tileCount(const VolumeInfo& info, int level) {
-  return cellCount(info, level, gpu::kGridTileSide * info.blockVoxels());
+  return macrocellCount(info, level, gpu::kGridTileSide * info.blockVoxels());
 }
 
 void refuseTooManyTiles(Finder finder, const VolumeInfo& info, int level) {
@@ -78,7 +78,7 @@ void refuseTooManyTiles(Finder finder, const VolumeInfo& info, int level) {
   throw ViewError("finder",
                   fmt::format("{}: level {} has {} tiles of {}^3 blocks, at most {} may be; use octree, or a "
                               "coarser level",
-                              finderName(finder), level, tileCount(info, level), gpu::kGridTileSide, kMaxCells));
+                              finderName(finder), level, tileCount(info, level), gpu::kGridTileSide, kMaxMacrocells));
 }
 
 Finder chooseFinder(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const DeviceTraits& device) {
@@ -114,13 +114,13 @@ int chooseMacrocell(const ResolvedView& view, const VolumeInfo& info) {
                                            view.macrocell, info.subblock_side));
 }
 
-void refuseTooManyCells(Finder finder, const VolumeInfo& info, const Plan& plan) {
-  const std::uint64_t cells = cellCount(info, plan.level, plan.cell_voxels);
-  if (cells <= kMaxCells) return;
+void refuseTooManyMacrocells(Finder finder, const VolumeInfo& info, const Plan& plan) {
+  const std::uint64_t macrocells = macrocellCount(info, plan.level, plan.macrocell_voxels);
+  if (macrocells <= kMaxMacrocells) return;
   throw ViewError("finder",
                   fmt::format("{}: the level has {} macrocells of {} voxels, at most {} may be; use larger ones "
                               "(macrocell), a coarser level, or another finder",
-                              finderName(finder), cells, plan.cell_voxels, kMaxCells));
+                              finderName(finder), macrocells, plan.macrocell_voxels, kMaxMacrocells));
 }
 
 std::uint32_t kernelOutput(Output output) {
@@ -139,25 +139,6 @@ std::uint32_t kernelOutput(Output output) {
   }
   BLOCKWALK_CHECK(static_cast<int>(output), <=, static_cast<int>(Output::mesh));
   return gpu::kOutputColor;
-}
-
-// World corners of the volume's box.
-std::array<glm::dvec3, 8> cornersOf(const VolumeInfo& info) {
-  std::array<glm::dvec3, 8> corners;
-  for (int i = 0; i < 8; ++i) {
-    const glm::dvec4 index(glm::dvec3(info.dims) * glm::dvec3(i & 1, i >> 1 & 1, i >> 2), 1);
-    corners[static_cast<std::size_t>(i)] = glm::dvec3(info.world_from_index * index);
-  }
-  return corners;
-}
-
-// With a unit normal. Lengths that a double's square cannot hold are divided twice.
-ClipPlane normalized(const ClipPlane& plane) {
-  const glm::dvec3 size = glm::abs(plane.normal);
-  const double largest = std::max({size.x, size.y, size.z});
-  const glm::dvec3 normal = plane.normal / largest;
-  const double length = glm::length(normal);
-  return {.normal = normal / length, .offset = plane.offset / largest / length};
 }
 
 // What is drawn of the channels: those that can be seen, and of an iso surface the first alone.
@@ -234,8 +215,8 @@ void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Pla
   const bool culls = plan.key.cull != 0 && !blocks;
   add(Part::voxels);
   add(Part::blocks);
-  if (culls || plan.cell_voxels > 0) add(Part::masks);
-  if (culls) add(Part::visible_cells).range = onDevice(drawn.range, info, drawn.channel);
+  if (culls || plan.macrocell_voxels > 0) add(Part::masks);
+  if (culls) add(Part::visible_quarters).range = onDevice(drawn.range, info, drawn.channel);
   if (finder == Finder::none) add(Part::empty) = {.part = Part::empty, .apron = plan.apron, .channel = channel};
   if (isScalar(info) && !blocks) {
     needs.push_back({.part = Part::table, .channel = channel, .table = tableRecipe(view, info, plan, drawn)});
@@ -248,7 +229,7 @@ void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan
               .level = plan.level,
               .form = plan.form,
               .apron = plan.apron,
-              .cell_voxels = plan.cell_voxels};
+              .macrocell_voxels = plan.macrocell_voxels};
   for (const ChannelPlan& drawn : plan.channels) {
     const auto channel = static_cast<int>(drawn.channel);
     const float scale = isScalar(info) && view.mode != Mode::blocks
@@ -261,7 +242,7 @@ void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan
                      .form = plan.form,
                      .apron = plan.apron,
                      .channel = channel,
-                     .cell_voxels = plan.cell_voxels});
+                     .macrocell_voxels = plan.macrocell_voxels});
   }
   needs.push_back(std::move(region));
 }
@@ -276,10 +257,10 @@ std::vector<Need> needsOf(const ResolvedView& view, const VolumeInfo& info, cons
     needs.back().part = part;
     return needs.back();
   };
-  if (finder == Finder::grid || finder == Finder::none || plan.cell_voxels > 0) add(Part::grid);
+  if (finder == Finder::grid || finder == Finder::none || plan.macrocell_voxels > 0) add(Part::grid);
   if (finder == Finder::octree) add(Part::octree).of_blocks = view.mode == Mode::blocks;
   if (finder == Finder::query) add(Part::instances);
-  if (plan.cell_voxels > 0) addRegionNeeds(view, info, plan, needs);
+  if (plan.macrocell_voxels > 0) addRegionNeeds(view, info, plan, needs);
   return needs;
 }
 
@@ -315,48 +296,10 @@ StoredRange visibleRange(const ResolvedView& view, const VolumeInfo& info, std::
   return {.lo = std::max(range.lo, support.lo), .hi = std::min(range.hi, support.hi)};
 }
 
-std::vector<ClipPlane> cuttingPlanes(const ResolvedView& view, const VolumeInfo& info) {
-  std::vector<ClipPlane> planes;
-  for (int axis = 0; view.clip && axis < 3; ++axis) {
-    glm::dvec3 normal(0);
-    normal[axis] = 1;
-    planes.push_back({.normal = normal, .offset = -view.clip->min[axis]});
-    planes.push_back({.normal = -normal, .offset = view.clip->max[axis]});
-  }
-  std::ranges::transform(view.planes, std::back_inserter(planes), normalized);
-  std::erase_if(planes, [corners = cornersOf(info)](const ClipPlane& plane) {
-    return std::ranges::all_of(corners,
-                               [&](const glm::dvec3& p) { return glm::dot(plane.normal, p) + plane.offset >= 0; });
-  });
-  return planes;
-}
-
-int chooseLevel(const ResolvedView& view, const VolumeInfo& info) {
-  const Camera& camera = view.camera;
-  const double pixel_slope = 2 * camera.half_height / view.height;
-  double pixel = pixel_slope;  // world size of a pixel
-  if (!camera.orthographic) {
-    double nearest = kInfinity;
-    for (const glm::dvec3& corner : cornersOf(info)) {
-      nearest = std::min(nearest, glm::dot(corner - camera.eye, camera.forward));
-    }
-    pixel = pixel_slope * nearest;
-  }
-  const double voxels = pixel / unitDistance(info);
-  if (!(voxels >= 2)) return 0;
-  const auto last = static_cast<int>(info.levels.size()) - 1;
-  if (view.mode == Mode::mip && info.has(kFirstMaximaLevel, Form::maxima)) {
-    // A maximum is lost between two rays, not thinned out: the level whose voxels are no smaller than a pixel.
-    const double level = std::max(std::ceil(std::log2(voxels)), static_cast<double>(kFirstMaximaLevel));
-    return static_cast<int>(std::min(level, static_cast<double>(last)));
-  }
-  return static_cast<int>(std::min(std::floor(std::log2(voxels)), static_cast<double>(last)));
-}
-
 Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe) {
   refuseWhatIsNotDefined(view, info);
   Plan plan;
-  plan.level = view.level == kAutoLevel ? chooseLevel(view, info) : view.level;
+  plan.level = drawnLevel(view, info);
   plan.channels = planChannels(view, info);
   if (view.mode == Mode::mip && info.has(plan.level, Form::maxima)) plan.form = Form::maxima;
   const LevelInfo& level = info.level(plan.level, plan.form);
@@ -366,8 +309,8 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   const Finder finder = chooseFinder(view, info, plan, device);
   refuseTooManyTiles(finder, info, plan.level);
   if (finder == Finder::clusters || finder == Finder::boundary) {
-    plan.cell_voxels = chooseMacrocell(view, info);
-    refuseTooManyCells(finder, info, plan);
+    plan.macrocell_voxels = chooseMacrocell(view, info);
+    refuseTooManyMacrocells(finder, info, plan);
   }
   const bool blocks = view.mode == Mode::blocks;
   const bool colored = isPicture(view.output);
@@ -417,7 +360,7 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
 }
 
 bool canUse(Finder finder, const VolumeInfo& info, int level) {
-  return finder == Finder::query || finder == Finder::octree || tileCount(info, level) <= kMaxCells;
+  return finder == Finder::query || finder == Finder::octree || tileCount(info, level) <= kMaxMacrocells;
 }
 
 bool Plan::asksFor(Part part) const { return std::ranges::find(needs, part, &Need::part) != needs.end(); }

@@ -24,10 +24,6 @@ struct DeviceTraits {
   Finder fastest = Finder::automatic;  // query or grid, where that was measured for the volume
 };
 
-// The planes of the view's clip box and its own, of those that cut the volume's box: the others exclude nothing of it.
-// Normals are unit vectors. Planes that leave nothing of the volume are kept.
-std::vector<ClipPlane> cuttingPlanes(const ResolvedView& view, const VolumeInfo& info);
-
 // A channel that can be seen.
 struct ChannelPlan {
   std::size_t channel = 0;  // of the volume
@@ -39,10 +35,10 @@ struct Plan {
   KernelKey key;
   int level = 0;
   Form form = Form::values;           // of the level: maxima for mip where there are some
-  int cell_voxels = 0;                // clusters and boundary: side of a macrocell
+  int macrocell_voxels = 0;           // clusters and boundary: side of a macrocell
   std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something
   std::vector<ClipPlane> planes;      // world
-  bool apron = false;                 // voxels with the ring around every subblock
+  bool apron = false;                 // voxels with the apron around every subblock
   std::vector<Need> needs;            // what one is made of comes before it
   KernelWish kernel = KernelWish::best;
   bool is_blank = false;  // nothing can be seen: no kernel at all, only background
@@ -62,9 +58,6 @@ bool canUse(Finder finder, const VolumeInfo& info, int level);
 // For the general kernel, which holds every finder that the device has: the query's instances must be there to be
 // bound.
 void generalise(Plan& plan, const VolumeInfo& info, const DeviceTraits& device);
-
-// The level whose voxels are about as large as a pixel where the volume is nearest; never coarser than a pixel there.
-int chooseLevel(const ResolvedView& view, const VolumeInfo& info);
 
 // A channel's range in the view and, for scalars in blend and first-hit, what its transfer function shows, without
 // empty voxels.

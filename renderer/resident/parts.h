@@ -14,7 +14,7 @@ namespace blockwalk {
 struct ResidentVoxels final : Resident {
   std::vector<Buffer> chunks;                  // no block crosses from one to the next
   std::vector<std::uint64_t> block_addresses;  // on the device
-  Level records;                               // on the host, with the ranges of the ring where there is one
+  Level records;                               // on the host, with the ranges of the apron where there is one
   int exponent = 0;                            // of densities on the device (renderer/plan/density_scale.h)
 
   std::uint64_t bytes() const override {
@@ -36,10 +36,10 @@ struct ResidentMasks final : Resident {
   std::uint64_t bytes() const override { return records.bytes(); }
 };
 
-// Which cells of a channel's subblocks may show something in a range (shaders/visible_cells.comp).
-struct ResidentCells final : Resident {
-  Buffer cells;  // uint[2][], one a subblock
-  std::uint64_t bytes() const override { return cells.bytes(); }
+// Which quarters of a channel's subblocks may show something in a range (shaders/visible_quarters.comp).
+struct ResidentQuarters final : Resident {
+  Buffer quarters;  // uint[2][], one a subblock
+  std::uint64_t bytes() const override { return quarters.bytes(); }
 };
 
 // Voxels of one subblock that is empty everywhere.
@@ -61,8 +61,8 @@ struct ResidentTable final : Resident {
 struct ResidentGrid final : Resident {
   glm::ivec3 tile_dims{0};
   Buffer tiles;
-  Buffer cells;
-  std::uint64_t bytes() const override { return tiles.bytes() + cells.bytes(); }
+  Buffer blocks;
+  std::uint64_t bytes() const override { return tiles.bytes() + blocks.bytes(); }
 };
 
 struct ResidentOctree final : Resident {
@@ -76,7 +76,7 @@ struct ResidentInstances final : Resident {
   std::uint64_t bytes() const override { return top.storage.bytes(); }
 };
 
-// Ranges of a channel in larger cells (renderer/find/active_region.h).
+// Ranges of a channel in macrocells (renderer/find/active_region.h).
 struct ResidentMacrocells final : Resident {
   Buffer ranges;  // gpu::GpuSubblock[], x fastest
   std::uint32_t occupied = 0;
@@ -85,7 +85,7 @@ struct ResidentMacrocells final : Resident {
 
 // Clusters or boundary: the macrocells in which a view may show something.
 struct ResidentRegion final : Resident {
-  glm::ivec3 cell_dims{0};
+  glm::ivec3 macrocell_dims{0};
   Buffer states;  // uint8_t[], x fastest
   Buffer boxes;   // clusters: vec3[2][], voxels
   AccelerationStructure bottom;

@@ -5,8 +5,8 @@
 
 #include "renderer/plan/density_scale.h"
 #include "renderer/plan/transfer_table.h"
+#include "renderer/resident/aproned_layout.h"
 #include "renderer/resident/at_once.h"
-#include "renderer/resident/ringed_layout.h"
 #include "renderer/resident/upload.h"
 #include "shaders/kernel_interface.h"
 
@@ -136,7 +136,7 @@ std::unique_ptr<Making> makeEmpty(Device& device, const StoredVolume& volume, co
     const auto channel = static_cast<std::size_t>(need.channel);
     const std::uint64_t plain_bytes = info.subblockVoxels() * voxelBytes(info.type);
     const float value = emptyValue(info.type, info.channels[channel]);
-    std::vector<std::byte> voxels(need.apron ? ringedSubblockBytes(info) : plain_bytes);
+    std::vector<std::byte> voxels(need.apron ? apronedSubblockBytes(info) : plain_bytes);
     for (std::size_t at = 0; at < voxels.size(); at += voxelBytes(info.type)) {
       writeDensity(info.type, value, voxels.data() + at);
     }

@@ -11,7 +11,7 @@ namespace {
 // look at once, and no more for one who drags a slider all day.
 std::size_t mostOf(Part part) {
   switch (part) {
-    case Part::visible_cells:
+    case Part::visible_quarters:
       return 16;  // of a channel of a level; each is 1.6 % of its voxels (u8)
     case Part::table:
       return 64;

@@ -4,9 +4,9 @@
 #include <algorithm>
 
 #include "renderer/plan/density_scale.h"
+#include "renderer/resident/aproned_layout.h"
 #include "renderer/resident/host_work.h"
 #include "renderer/resident/parts.h"
-#include "renderer/resident/ringed_layout.h"
 #include "renderer/resident/upload.h"
 #include "shaders/kernel_interface.h"
 #include "view/view.h"
@@ -15,8 +15,8 @@
 namespace blockwalk {
 namespace {
 
-// Laying out a ring takes some ten times as long as reading the voxels inside.
-constexpr std::uint64_t kRingPiece = kUploadPiece / 8;
+// Laying out an apron takes some ten times as long as reading the voxels inside.
+constexpr std::uint64_t kApronPiece = kUploadPiece / 8;
 
 // Where a run of whole blocks lies: in one chunk of voxel memory.
 struct Chunk {
@@ -50,7 +50,7 @@ class VoxelMaking final : public Making {
       : device_(device),
         file_(volume.file),
         need_(need),
-        subblock_bytes_(need.apron ? ringedSubblockBytes(info()) : info().subblockVoxels() * voxelBytes(info().type)),
+        subblock_bytes_(need.apron ? apronedSubblockBytes(info()) : info().subblockVoxels() * voxelBytes(info().type)),
         chunk_bytes_(chunk_bytes),
         made_(std::make_unique<ResidentVoxels>()),
         opening_([file = file_, need] {
@@ -107,7 +107,7 @@ class VoxelMaking final : public Making {
       made_->chunks.emplace_back(device_, chunk.bytes, BufferUse::resident);
       offset_ = 0;
     }
-    const std::uint64_t most = need_.apron ? kRingPiece : kUploadPiece;
+    const std::uint64_t most = need_.apron ? kApronPiece : kUploadPiece;
     const Buffer& buffer = made_->chunks.back();
     const std::size_t first = block_;
     std::uint64_t bytes = 0;
@@ -118,7 +118,7 @@ class VoxelMaking final : public Making {
     // A piece is less than most and one block of at most 5 MB: it fits the staging buffer.
     uploadBytes(device_, buffer, offset_, bytes, [&](std::uint64_t, std::span<std::byte> piece) {
       BLOCKWALK_CHECK(piece.size(), ==, bytes);
-      opened_.apron ? readRinged(first, piece) : readStored(first, piece);
+      opened_.apron ? readAproned(first, piece) : readStored(first, piece);
       toDevice(piece, made_->exponent);
     });
     offset_ += bytes;
@@ -130,13 +130,13 @@ class VoxelMaking final : public Making {
                       need_.form);
   }
 
-  void readRinged(std::size_t first, std::span<std::byte> out) {
+  void readAproned(std::size_t first, std::span<std::byte> out) {
     ApronLevel& apron = *opened_.apron;
     for (std::size_t block = first; block < block_; ++block) {
       const std::size_t subblocks = blocks()[block].subblock_count;
       plain_.resize(subblocks * apron.subblockBytes());
       apron.readBlock(block, plain_);
-      layOutRinged(info(), plain_, out.first(subblocks * subblock_bytes_));
+      layOutAproned(info(), plain_, out.first(subblocks * subblock_bytes_));
       out = out.subspan(subblocks * subblock_bytes_);
     }
   }
@@ -165,7 +165,7 @@ std::unique_ptr<Making> makeVoxels(Device& device, const StoredVolume& volume, c
                                    std::uint64_t chunk_bytes) {
   const VolumeInfo& info = volume.file->info();
   const auto side = static_cast<std::uint64_t>(info.block_side);
-  const std::uint64_t largest_block = side * side * side * ringedSubblockBytes(info);
+  const std::uint64_t largest_block = side * side * side * apronedSubblockBytes(info);
   return std::make_unique<VoxelMaking>(device, volume, need,
                                        std::max(std::min(chunk_bytes, device.maxAllocationBytes()), largest_block));
 }

@@ -91,12 +91,12 @@ TEST(ServerMessages, HaveTheirMembers) {
   EXPECT_EQ(stats["stats"].size(), 14u);  // the interface's list
   RenderStats built;
   built.finder_build.rebuilt = true;
-  built.finder_build.cell_voxels = 16;
-  built.finder_build.cells = 100;
-  built.finder_build.active_cells = 7;
+  built.finder_build.macrocell_voxels = 16;
+  built.finder_build.macrocells = 100;
+  built.finder_build.active_macrocells = 7;
   const json region = parseJson(statsMessage(3, 4, built))["stats"]["finder_build"];
   EXPECT_EQ(region["macrocell"], 16);
-  EXPECT_EQ(region["active_cells"], 7);
+  EXPECT_EQ(region["active_macrocells"], 7);
   EXPECT_EQ(region["rebuilt"], true);
 }
 

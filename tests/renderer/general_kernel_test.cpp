@@ -42,7 +42,7 @@ std::set<std::string> residentParts(const Scene& scene) {
   std::set<std::string> parts;
   for (const ResidentPart& part : scene.resident->parts()) {
     EXPECT_GT(part.bytes, 0u) << part.what;
-    parts.insert(part.what + " " + std::to_string(part.level) + (part.apron ? " with ring" : ""));
+    parts.insert(part.what + " " + std::to_string(part.level) + (part.apron ? " with apron" : ""));
   }
   return parts;
 }
@@ -121,7 +121,8 @@ TEST_F(GeneralKernelTest, LeavesOutWhatNoViewHasAskedFor) {
   EXPECT_EQ(addedBy(cut), (std::set<std::string>{"cells 1", "masks 1"}));
   View smooth = open;
   smooth.filter = Filter::linear;
-  EXPECT_EQ(addedBy(smooth), (std::set<std::string>{"voxels 1 with ring", "blocks 1 with ring", "grid 1 with ring"}));
+  EXPECT_EQ(addedBy(smooth),
+            (std::set<std::string>{"voxels 1 with apron", "blocks 1 with apron", "grid 1 with apron"}));
   EXPECT_EQ(addedBy(cut), (std::set<std::string>{}));
 }
 

@@ -34,7 +34,7 @@ class FakeMaking final : public Making {
 class ResidencyTest : public ::testing::Test {
  protected:
   static Need voxels(int level) { return {.part = Part::voxels, .level = level, .channel = 0}; }
-  static Need cells(float lo) { return {.part = Part::visible_cells, .channel = 0, .range = {lo, 9}}; }
+  static Need quarters(float lo) { return {.part = Part::visible_quarters, .channel = 0, .range = {lo, 9}}; }
 
   std::shared_ptr<const Slot> make(const Need& need, std::uint64_t volume = 1, const Pins& inputs = {}) {
     std::shared_ptr<const Slot> slot;
@@ -133,26 +133,26 @@ TEST_F(ResidencyTest, AVolumeTakesItsPartsWithIt) {
 
 // Whoever drags a slider makes a range a frame.
 TEST_F(ResidencyTest, OfRangesAVolumeKeepsTheLastOnes) {
-  for (int i = 0; i < 100; ++i) make(cells(static_cast<float>(i)));
+  for (int i = 0; i < 100; ++i) make(quarters(static_cast<float>(i)));
   int kept = 0;
-  for (int i = 0; i < 100; ++i) kept += holds(cells(static_cast<float>(i))) ? 1 : 0;
+  for (int i = 0; i < 100; ++i) kept += holds(quarters(static_cast<float>(i))) ? 1 : 0;
   EXPECT_EQ(kept, 16);
-  EXPECT_TRUE(holds(cells(99)));
-  EXPECT_TRUE(holds(cells(84)));
+  EXPECT_TRUE(holds(quarters(99)));
+  EXPECT_TRUE(holds(quarters(84)));
 }
 
 TEST_F(ResidencyTest, ReportsWhatItHolds) {
   make(voxels(2));
   make(voxels(3));
-  make(cells(1), 7);
+  make(quarters(1), 7);
   EXPECT_EQ(residency_.parts(1).size(), 2u);
-  EXPECT_EQ(residency_.parts(7).at(0).what, "cells");
+  EXPECT_EQ(residency_.parts(7).at(0).what, "quarters");
   std::map<std::string, PartTotal> totals;
   for (const PartTotal& total : residency_.totals()) totals[total.what] = total;
   EXPECT_EQ(totals.size(), static_cast<std::size_t>(kPartKinds));
   EXPECT_EQ(totals["voxels"].count, 2u);
   EXPECT_EQ(totals["voxels"].bytes, 200u);
-  EXPECT_EQ(totals["cells"].made, 1u);
+  EXPECT_EQ(totals["quarters"].made, 1u);
   residency_.evict(1000);
   for (const PartTotal& total : residency_.totals()) EXPECT_EQ(total.bytes, 0u);
 }

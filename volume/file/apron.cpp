@@ -115,7 +115,7 @@ const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
   return cache_.emplace(block, CachedBlock{.voxels = std::move(voxels), .age = ages_.begin()}).first->second.voxels;
 }
 
-// Copies into dense_ what the block of the file around[...] says of the block at `origin` and its ring.
+// Copies into dense_ what the block of the file around[...] says of the block at `origin` and its apron.
 void ApronLevel::gather(glm::ivec3 origin, std::size_t source) {
   const VolumeInfo& info = file_.info();
   const int side = info.subblock_side;

@@ -15,9 +15,9 @@
 namespace blockwalk {
 
 // The blocks and subblocks where the trilinear field of some channel is not empty everywhere: those stored in the file,
-// and those whose ring reaches a non-empty voxel of a neighbour. They are the same for every channel of a level. Voxels
-// that are empty have the channel's empty value here, NaN and infinite ones too; voxels outside the level repeat the
-// nearest inside.
+// and those whose apron reaches a non-empty voxel of a neighbour. They are the same for every channel of a level.
+// Voxels that are empty have the channel's empty value here, NaN and infinite ones too; voxels outside the level repeat
+// the nearest inside.
 //
 // Memory: the records and a bounded cache of blocks. `file` must outlive it. Throws what VolumeFile throws.
 class ApronLevel {
@@ -59,7 +59,7 @@ class ApronLevel {
   std::unordered_map<std::size_t, CachedBlock> cache_;  // by block
   std::list<std::size_t> ages_;                         // most recent first
   std::uint64_t cached_bytes_ = 0;
-  std::vector<std::byte> dense_;  // a block and its ring
+  std::vector<std::byte> dense_;  // a block and its apron
 };
 
 }  // namespace blockwalk

@@ -13,11 +13,11 @@ namespace {
 
 constexpr Finder kRegionFinders[] = {Finder::clusters, Finder::boundary};
 
-// Cells of `side` voxels with a visible voxel of the dense volume in the range, grown to whole subblocks by what their
-// records say.
-class Cells {
+// Macrocells of `side` voxels with a visible voxel of the dense volume in the range, grown to whole subblocks by what
+// their records say.
+class Macrocells {
  public:
-  Cells(const Scene& scene, int side, DensityRange range)
+  Macrocells(const Scene& scene, int side, DensityRange range)
       : dims_((scene.info.levels[0].dims + (side - 1)) / side),
         active_(static_cast<std::size_t>(dims_.x * dims_.y * dims_.z)) {
     const VolumeFile file(scene.path);
@@ -41,11 +41,11 @@ class Cells {
         if ((block.occupancy[static_cast<std::size_t>(local / 64)] >> (local % 64) & 1) == 0) continue;
         const Subblock& record = level.subblocks[block.first_subblock + rank++];
         const glm::ivec3 place(local % count, local / count % count, local / (count * count));
-        const glm::ivec3 cell = (block.origin * count + place) * scene.info.subblock_side / side;
-        Range& of_cell = ranges[index(cell)];
-        of_cell.lo = std::min(of_cell.lo, record.density_min);
-        of_cell.hi = std::max(of_cell.hi, record.density_max);
-        of_cell.mask |= record.range_mask;
+        const glm::ivec3 macrocell = (block.origin * count + place) * scene.info.subblock_side / side;
+        Range& of_macrocell = ranges[index(macrocell)];
+        of_macrocell.lo = std::min(of_macrocell.lo, record.density_min);
+        of_macrocell.hi = std::max(of_macrocell.hi, record.density_max);
+        of_macrocell.mask |= record.range_mask;
       }
     }
     for (std::size_t i = 0; i < ranges.size(); ++i) {
@@ -75,14 +75,14 @@ class Cells {
   }
 
  private:
-  std::size_t index(glm::ivec3 cell) const {
-    return static_cast<std::size_t>(cell.x + dims_.x * (cell.y + dims_.y * cell.z));
+  std::size_t index(glm::ivec3 macrocell) const {
+    return static_cast<std::size_t>(macrocell.x + dims_.x * (macrocell.y + dims_.y * macrocell.z));
   }
-  bool isActive(glm::ivec3 cell) const {
+  bool isActive(glm::ivec3 macrocell) const {
     for (int axis = 0; axis < 3; ++axis) {
-      if (cell[axis] < 0 || cell[axis] >= dims_[axis]) return false;
+      if (macrocell[axis] < 0 || macrocell[axis] >= dims_[axis]) return false;
     }
-    return active_[index(cell)];
+    return active_[index(macrocell)];
   }
 
   glm::ivec3 dims_;
@@ -110,7 +110,7 @@ class RegionTest : public RendererTest {
   }
 };
 
-TEST_F(RegionTest, HasTheFacesBetweenActiveAndInactiveCells) {
+TEST_F(RegionTest, HasTheFacesBetweenActiveAndInactiveMacrocells) {
   BuildOptions options;
   options.subblock_side = 4;
   options.block_side = 5;
@@ -121,16 +121,16 @@ TEST_F(RegionTest, HasTheFacesBetweenActiveAndInactiveCells) {
       for (int side : {8, 16, 32}) {
         View view = smallView(range);
         view.macrocell = side;
-        const Cells cells(scene, side, range);
+        const Macrocells macrocells(scene, side, range);
         const FinderBuild boundary = buildOf(scene, view, Finder::boundary);
-        EXPECT_EQ(boundary.cell_voxels, side);
-        EXPECT_EQ(boundary.active_cells, cells.activeCount());
-        EXPECT_GT(boundary.active_cells, 0u);
-        EXPECT_EQ(boundary.primitives, 2 * cells.faceCount());
+        EXPECT_EQ(boundary.macrocell_voxels, side);
+        EXPECT_EQ(boundary.active_macrocells, macrocells.activeCount());
+        EXPECT_GT(boundary.active_macrocells, 0u);
+        EXPECT_EQ(boundary.primitives, 2 * macrocells.faceCount());
         const FinderBuild clusters = buildOf(scene, view, Finder::clusters);
-        EXPECT_EQ(clusters.active_cells, cells.activeCount());
+        EXPECT_EQ(clusters.active_macrocells, macrocells.activeCount());
         EXPECT_GT(clusters.primitives, 0u);
-        EXPECT_LE(clusters.primitives, clusters.active_cells);
+        EXPECT_LE(clusters.primitives, clusters.active_macrocells);
       }
     }
   }
@@ -163,7 +163,7 @@ TEST_F(RegionTest, IsBuiltAnewOnlyWhenItChanges) {
   }
 }
 
-// A frame in which no cell is active, and the one after it.
+// A frame in which no macrocell is active, and the one after it.
 TEST_F(RegionTest, MayBeEmpty) {
   Scene scene = makeScene(*makeSynthetic({.type = VoxelType::f32, .dims = {64, 51, 70}, .seed = 4}));
   const double hi = scene.info.channels[0].dataFromStored(static_cast<double>(scene.info.channels[0].density_max));
@@ -174,20 +174,20 @@ TEST_F(RegionTest, MayBeEmpty) {
     view.mode = Mode::mip;
     view.channels[0].range = DensityRange{lo * 0.5, lo * 0.75};  // above what is empty, below every voxel
     const Frame none = draw(scene, view);
-    EXPECT_GT(none.stats.finder_build.cells, 0u);
-    EXPECT_EQ(none.stats.finder_build.active_cells, 0u);
+    EXPECT_GT(none.stats.finder_build.macrocells, 0u);
+    EXPECT_EQ(none.stats.finder_build.active_macrocells, 0u);
     EXPECT_EQ(std::count(none.pixels.begin(), none.pixels.end(), none.pixels[0]),
               static_cast<std::ptrdiff_t>(none.pixels.size()));
     view.channels[0].range.reset();
     const Frame some = draw(scene, view);
-    EXPECT_GT(some.stats.finder_build.active_cells, 0u);
+    EXPECT_GT(some.stats.finder_build.active_macrocells, 0u);
     view.finder = Finder::grid;
     EXPECT_LE(compareImages(some, draw(scene, view)).largest, 1);
   }
 }
 
-// Every size of cell, below, at and above that of a block, gives the image of the grid.
-TEST_F(RegionTest, OfEveryCellSizeGivesTheSameImage) {
+// Every size of macrocell, below, at and above that of a block, gives the image of the grid.
+TEST_F(RegionTest, OfEveryMacrocellSideGivesTheSameImage) {
   Scene scene = makeScene(*makeSynthetic(
       {.type = VoxelType::u16, .dims = {61, 100, 49}, .seed = 3, .world_from_index = obliqueMap(false)}));
   const std::vector<View> views = randomViews(scene.info, scene.dense(0), 61);
@@ -200,21 +200,21 @@ TEST_F(RegionTest, OfEveryCellSizeGivesTheSameImage) {
         for (int side : {8, 16, 32}) {
           view.macrocell = side;
           const ImageError error = compareImages(draw(scene, with(view, {.finder = finder})), expected);
-          EXPECT_LE(error.largest, 1) << "cells of " << side << ", " << toString(Combination{.finder = finder}) << ": "
-                                      << error.worst << "\n  view " << toString(view);
+          EXPECT_LE(error.largest, 1) << "macrocells of " << side << ", " << toString(Combination{.finder = finder})
+                                      << ": " << error.worst << "\n  view " << toString(view);
         }
       }
     }
   }
 }
 
-TEST_F(RegionTest, RefusesCellsSmallerThanSubblocks) {
+TEST_F(RegionTest, RefusesMacrocellsSmallerThanSubblocks) {
   BuildOptions options;
   options.subblock_side = 16;
   options.block_side = 2;
   Scene scene = makeScene(*makeSynthetic({.type = VoxelType::u8, .dims = {64, 64, 64}, .seed = 2}), options);
   View view = smallView({1, 255});
-  EXPECT_EQ(buildOf(scene, view, Finder::boundary).cell_voxels, 16);
+  EXPECT_EQ(buildOf(scene, view, Finder::boundary).macrocell_voxels, 16);
   view.macrocell = 8;
   view.finder = Finder::boundary;
   try {

@@ -7,29 +7,10 @@
 #include <limits>
 
 #include "shaders/kernel_interface.h"
+#include "tests/renderer/plan/plans.h"
 
 namespace blockwalk {
 namespace {
-
-VolumeInfo volumeOf(VoxelType type, float density_min, float density_max) {
-  VolumeInfo info;
-  info.type = type;
-  info.dims = {512, 512, 512};
-  info.channels[0].density_min = density_min;
-  info.channels[0].density_max = density_max;
-  info.channels[0].histogram_hi = 255;
-  info.channels[0].bin_cuts = {32, 64, 96, 128, 160, 192, 224};
-  info.channels[0].nonempty_voxels = 64 * 512;
-  for (int level = 0; level < levelCount(info.dims, info.blockVoxels()); ++level) {
-    info.levels.push_back(
-        {.dims = levelDims(info.dims, level), .block_count = 8, .subblock_count = 64, .voxel_bytes = 0});
-  }
-  return info;
-}
-
-Plan planFor(const View& view, const VolumeInfo& info, const DeviceTraits& device = {}) {
-  return plan(resolveView(view, info), info, device, false, false);
-}
 
 TEST(Plan, OpenRangeNeedsNoTestsAndNoCulling) {
   const Plan open = planFor({}, volumeOf(VoxelType::rgba8, 5, 250));
@@ -39,13 +20,13 @@ TEST(Plan, OpenRangeNeedsNoTestsAndNoCulling) {
   EXPECT_FALSE(open.asksFor(Part::table));
 }
 
-TEST(Plan, AnOpenRangeCullsCellsWhereManyStoredVoxelsAreEmpty) {
+TEST(Plan, AnOpenRangeCullsWhereManyStoredVoxelsAreEmpty) {
   VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
   info.channels[0].nonempty_voxels = 8 * 512;  // of 64 subblocks
   const Plan hollow = planFor({}, info);
   EXPECT_EQ(hollow.key.range_open, 1u);
   EXPECT_EQ(hollow.key.cull, 1u);
-  EXPECT_TRUE(hollow.asksFor(Part::visible_cells));
+  EXPECT_TRUE(hollow.asksFor(Part::visible_quarters));
   info.channels[0].nonempty_voxels = 32 * 512;  // half: worth looking for before a linear sample, not before a voxel
   View view;
   EXPECT_EQ(planFor(view, info).key.cull, 0u);
@@ -57,7 +38,7 @@ TEST(Plan, AnOpenRangeCullsCellsWhereManyStoredVoxelsAreEmpty) {
   View blocks;
   blocks.mode = Mode::blocks;
   EXPECT_EQ(planFor(blocks, info).key.cull, 0u);
-  EXPECT_FALSE(planFor(blocks, info).asksFor(Part::visible_cells));
+  EXPECT_FALSE(planFor(blocks, info).asksFor(Part::visible_quarters));
 }
 
 TEST(Plan, NarrowRangeTestsVoxelsOfRgba8ButNotOfU8) {
@@ -244,7 +225,7 @@ TEST(Plan, EachFinderNeedsWhatItLooksIn) {
     EXPECT_EQ(plan.asksFor(Part::empty), needs.empty);
     EXPECT_EQ(plan.asksFor(Part::masks), needs.masks);
     EXPECT_EQ(plan.queriesRays(), needs.instances || needs.clusters || needs.boundary);
-    EXPECT_EQ(plan.cell_voxels, needs.clusters || needs.boundary ? 8 : 0);
+    EXPECT_EQ(plan.macrocell_voxels, needs.clusters || needs.boundary ? 8 : 0);
   }
 }
 
@@ -267,18 +248,18 @@ TEST(Plan, WithoutSkippingThereIsNeitherWalkNorCull) {
 TEST(Plan, MacrocellsAreWholeSubblocksAndBlocksWhereBlocksAreCounted) {
   VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
   View view;
-  EXPECT_EQ(planWith(Finder::boundary, info, view).cell_voxels, 8);
+  EXPECT_EQ(planWith(Finder::boundary, info, view).macrocell_voxels, 8);
   view.macrocell = 32;
-  EXPECT_EQ(planWith(Finder::clusters, info, view).cell_voxels, 32);
+  EXPECT_EQ(planWith(Finder::clusters, info, view).macrocell_voxels, 32);
   view.mode = Mode::blocks;
-  EXPECT_EQ(planWith(Finder::clusters, info, view).cell_voxels, 48);
+  EXPECT_EQ(planWith(Finder::clusters, info, view).macrocell_voxels, 48);
   view.mode = Mode::blend;
   info.subblock_side = 16;
   view.macrocell = kAutoMacrocell;
-  EXPECT_EQ(planWith(Finder::boundary, info, view).cell_voxels, 16);
+  EXPECT_EQ(planWith(Finder::boundary, info, view).macrocell_voxels, 16);
   view.macrocell = 8;
   EXPECT_THROW(planWith(Finder::boundary, info, view), ViewError);
-  EXPECT_EQ(planWith(Finder::grid, info, view).cell_voxels, 0) << "what the finder does not read is not judged";
+  EXPECT_EQ(planWith(Finder::grid, info, view).macrocell_voxels, 0) << "what the finder does not read is not judged";
   view.macrocell = 12;
   EXPECT_THROW(resolveView(view, info), ViewError);
 }
@@ -308,21 +289,6 @@ TEST(Plan, WhatTheDeviceCannotFindIsRefused) {
   for (Finder finder : {Finder::octree, Finder::none}) EXPECT_EQ(fieldOf(finder, info, {}), "");
 }
 
-TEST(Plan, PlanesThatCutNothingAreLeftOut) {
-  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);  // 0..512 along each axis
-  View view;
-  view.clip = ClipBox{.min = {-1, 0, -3}, .max = {512, 513, 600}};
-  view.planes = {{{1, 1, 1}, 0}, {{-1, 0, 0}, 512.5}};
-  EXPECT_EQ(planFor(view, info).key.clip, 0u);
-  EXPECT_TRUE(planFor(view, info).planes.empty());
-  view.clip->max.y = 500;
-  view.planes.push_back({{0, 0, 4}, -40});
-  const Plan cut = planFor(view, info);
-  EXPECT_EQ(cut.key.clip, 1u);
-  const std::vector<ClipPlane> expected = {{{0, -1, 0}, 500}, {{0, 0, 1}, -10}};
-  EXPECT_EQ(cut.planes, expected);
-}
-
 TEST(Plan, OutputsNeedNoLightAndNoBackground) {
   const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
   View view;
@@ -345,82 +311,6 @@ TEST(Plan, OutputsNeedNoLightAndNoBackground) {
   view.output = Output::mesh;  // over the picture
   EXPECT_EQ(planFor(view, info).key.output, gpu::kOutputMesh);
   EXPECT_EQ(planFor(view, info).key.lit, 1u);
-}
-
-TEST(Plan, PlanesWithoutDirectionAreRefused) {
-  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
-  const auto fieldOf = [&](const std::vector<ClipPlane>& planes) {
-    View view;
-    view.planes = planes;
-    try {
-      planFor(view, info);
-    } catch (const ViewError& error) {
-      return error.field;
-    }
-    return std::string();
-  };
-  constexpr double kInfinity = std::numeric_limits<double>::infinity();
-  EXPECT_EQ(fieldOf({{{0, 0, -1e-320}, 0}}), "");
-  EXPECT_EQ(fieldOf({{{0, 0, 0}, 1}}), "planes");
-  EXPECT_EQ(fieldOf({{{1, 0, 0}, kInfinity}}), "planes");
-  EXPECT_EQ(fieldOf({{{1, std::nan(""), 0}, 0}}), "planes");
-  EXPECT_EQ(fieldOf(std::vector<ClipPlane>(7, {{1, 0, 0}, 0})), "planes");
-}
-
-TEST(Plan, LevelFollowsThePixel) {
-  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
-  View view;
-  view.ortho_height = 512;
-  view.width = view.height = 512;
-  EXPECT_EQ(planFor(view, info).level, 0);
-  view.width = view.height = 256;
-  EXPECT_EQ(planFor(view, info).level, 1);
-  view.width = view.height = 129;  // 3.97 voxels a pixel: level 1 is still finer than a pixel, level 2 is not
-  EXPECT_EQ(planFor(view, info).level, 1);
-  view.width = view.height = 1;
-  EXPECT_EQ(planFor(view, info).level, static_cast<int>(info.levels.size()) - 1);
-  view.level = 0;
-  EXPECT_EQ(planFor(view, info).level, 0);
-  view.level = 99;
-  EXPECT_THROW(planFor(view, info), ViewError);
-}
-
-TEST(Plan, AMaximumIsDrawnFromMaxima) {
-  VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
-  ASSERT_GT(info.levels.size(), 4u);
-  View view;
-  view.ortho_height = 512;
-  view.mode = Mode::mip;
-  const auto planOfWidth = [&](int width) {
-    view.width = view.height = width;
-    return planFor(view, info);
-  };
-  // Without them its levels are those of the other modes.
-  EXPECT_EQ(planOfWidth(129).level, 1);
-  EXPECT_EQ(planOfWidth(129).form, Form::values);
-  info.maxima.assign(info.levels.begin() + kFirstMaximaLevel, info.levels.end());
-  EXPECT_EQ(planOfWidth(257).level, 0);  // less than two voxels a pixel
-  EXPECT_EQ(planOfWidth(257).form, Form::values);
-  EXPECT_EQ(planOfWidth(129).level, 2);  // whose voxels are no smaller than a pixel
-  EXPECT_EQ(planOfWidth(129).form, Form::maxima);
-  EXPECT_EQ(planOfWidth(128).level, 2);
-  EXPECT_EQ(planOfWidth(127).level, 3);
-  EXPECT_EQ(planOfWidth(1).level, static_cast<int>(info.levels.size()) - 1);
-  view.level = 1;  // as asked for, and the truth is not there
-  EXPECT_EQ(planOfWidth(127).form, Form::values);
-  view.level = 3;
-  EXPECT_EQ(planOfWidth(127).form, Form::maxima);
-  view.mode = Mode::blend;
-  EXPECT_EQ(planOfWidth(127).form, Form::values);
-}
-
-TEST(Plan, InsideTheVolumeIsLevelZero) {
-  const VolumeInfo info = volumeOf(VoxelType::rgba8, 5, 250);
-  View view;
-  view.width = view.height = 16;
-  view.eye = glm::dvec3(256, 256, 256);
-  view.target = glm::dvec3(0, 256, 256);
-  EXPECT_EQ(planFor(view, info).level, 0);
 }
 
 // The text that the kernel runs, against the truth in double.
@@ -475,7 +365,7 @@ TEST(Plan, NeedsAreDataInTheOrderInWhichTheyAreMade) {
   const Plan plan = planWith(Finder::boundary, info, view);
   std::vector<Part> parts;
   for (const Need& need : plan.needs) parts.push_back(need.part);
-  EXPECT_EQ(parts, (std::vector<Part>{Part::voxels, Part::blocks, Part::masks, Part::visible_cells, Part::table,
+  EXPECT_EQ(parts, (std::vector<Part>{Part::voxels, Part::blocks, Part::masks, Part::visible_quarters, Part::table,
                                       Part::grid, Part::macrocells, Part::boundary}));
   view.eye = glm::dvec3(1, 2, 300);
   view.background = {1, 2, 3, 4};

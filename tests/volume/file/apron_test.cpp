@@ -63,7 +63,7 @@ struct Visible {
   float largest = -std::numeric_limits<float>::infinity();
 };
 
-// Compares a subblock's voxels with the source; returns what its ring holds.
+// Compares a subblock's voxels with the source; returns what its apron holds.
 Visible checkVoxels(MemorySource& source, const VolumeInfo& info, glm::ivec3 first, std::size_t channel,
                     const std::byte* voxels) {
   Visible visible;
@@ -146,8 +146,9 @@ TEST_P(Apron, HoldsTheRingOfEverySubblockThatInterpolationCanSee) {
       for (int x = 0; x * side < c.dims.x; ++x) {
         bool any = false;
         for (int i = 0; i < (side + 2) * (side + 2) * (side + 2) && !any; ++i) {
-          const glm::ivec3 ring(i % (side + 2) - 1, i / (side + 2) % (side + 2) - 1, i / ((side + 2) * (side + 2)) - 1);
-          any = !isEmptyInAll(source, info, glm::ivec3(x, y, z) * side + ring);
+          const glm::ivec3 place(i % (side + 2) - 1, i / (side + 2) % (side + 2) - 1,
+                                 i / ((side + 2) * (side + 2)) - 1);
+          any = !isEmptyInAll(source, info, glm::ivec3(x, y, z) * side + place);
         }
         EXPECT_EQ(present.contains({x, y, z}), any) << x << ' ' << y << ' ' << z;
       }

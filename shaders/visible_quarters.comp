@@ -1,8 +1,8 @@
 #version 460
 // SPDX-License-Identifier: Apache-2.0
-// Which parts of each subblock may show something of one channel in a density range: 64 bits a subblock, one a cell of a
-// quarter of its side, x fastest. Where voxels are interpolated a cell's values are those of its voxels and the ring of
-// one around them. A workgroup has a block, an invocation half a subblock.
+// Which quarters of each subblock may show something of one channel in a density range: 64 bits a subblock, x fastest.
+// A quarter is a cube of a quarter of the side. Where voxels are interpolated its values are those of its voxels and the
+// one-voxel ring around it. A workgroup has a block, an invocation half a subblock.
 #extension GL_GOOGLE_include_directive : require
 #extension GL_EXT_buffer_reference2 : require
 #extension GL_EXT_scalar_block_layout : require
@@ -16,7 +16,7 @@ layout(constant_id = 1) const int kSubblockSide = 8;
 layout(constant_id = 2) const bool kApron = false;
 BLOCKWALK_DERIVED int kStride = kApron ? kSubblockSide + 2 : kSubblockSide;
 
-layout(push_constant, scalar) uniform Push { VisibleCellsPush push; };
+layout(push_constant, scalar) uniform Push { VisibleQuartersPush push; };
 
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer BlockArray { GpuBlock at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer SubblockArray { GpuSubblock at[]; };
@@ -25,8 +25,8 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer Ha
 
 layout(local_size_x = 64) in;
 
-const int kCellSide = kSubblockSide / 4;
-const int kReach = kApron ? kCellSide + 2 : kCellSide;  // voxels along an axis that a cell's values come from
+const int kQuarterSide = kSubblockSide / 4;
+const int kReach = kApron ? kQuarterSide + 2 : kQuarterSide;  // voxels along an axis that a quarter's values come from
 
 // Of rows of voxels, bit x: some voxel x is at or above the range's lower end; at or below its upper end.
 struct RowBits {
@@ -62,25 +62,25 @@ void addRow(uint64_t voxels, int number, inout RowBits row) {
   }
 }
 
-// 16 bits: the cells whose lowest voxels lie at `z_first`.
-uint layerOfCells(uint64_t voxels, int z_first) {
+// 16 bits: the quarters whose lowest voxels lie at `z_first`.
+uint layerOfQuarters(uint64_t voxels, int z_first) {
   RowBits rows[4];
-  [[unroll]] for (int cell = 0; cell < 4; ++cell) rows[cell] = RowBits(0u, 0u);
+  [[unroll]] for (int quarter = 0; quarter < 4; ++quarter) rows[quarter] = RowBits(0u, 0u);
   for (int y = 0; y < kStride; ++y) {
     RowBits row = RowBits(0u, 0u);
     for (int z = z_first; z < z_first + kReach; ++z) addRow(voxels, y + kStride * z, row);
-    [[unroll]] for (int cell = 0; cell < 4; ++cell) {
-      bool within = y >= kCellSide * cell && y < kCellSide * cell + kReach;
-      rows[cell].above |= within ? row.above : 0u;
-      rows[cell].below |= within ? row.below : 0u;
+    [[unroll]] for (int quarter = 0; quarter < 4; ++quarter) {
+      bool within = y >= kQuarterSide * quarter && y < kQuarterSide * quarter + kReach;
+      rows[quarter].above |= within ? row.above : 0u;
+      rows[quarter].below |= within ? row.below : 0u;
     }
   }
-  uint cells = 0u;
+  uint quarters = 0u;
   [[unroll]] for (int i = 0; i < 16; ++i) {
-    uint own = ((1u << kReach) - 1u) << (kCellSide * (i & 3));
-    if ((rows[i >> 2].above & own) != 0u && (rows[i >> 2].below & own) != 0u) cells |= 1u << i;
+    uint own = ((1u << kReach) - 1u) << (kQuarterSide * (i & 3));
+    if ((rows[i >> 2].above & own) != 0u && (rows[i >> 2].below & own) != 0u) quarters |= 1u << i;
   }
-  return cells;
+  return quarters;
 }
 
 void main() {
@@ -91,12 +91,12 @@ void main() {
   for (uint i = gl_LocalInvocationIndex; i < 2u * (end - first); i += gl_WorkGroupSize.x) {
     uint rank = i >> 1;
     GpuSubblock range = SubblockArray(push.masks).at[first + rank];
-    uint cells = 0u;
+    uint quarters = 0u;
     if (range.density_max >= push.density_lo && range.density_min <= push.density_hi) {
       uint64_t at = voxels + uint64_t(rank) * kSubblockBytes;
-      int z_first = 2 * kCellSide * int(i & 1u);
-      cells = layerOfCells(at, z_first) | layerOfCells(at, z_first + kCellSide) << 16;
+      int z_first = 2 * kQuarterSide * int(i & 1u);
+      quarters = layerOfQuarters(at, z_first) | layerOfQuarters(at, z_first + kQuarterSide) << 16;
     }
-    HalfArray(push.cells).at[2u * first + i] = cells;
+    HalfArray(push.quarters).at[2u * first + i] = quarters;
   }
 }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/resident/ringed_layout.h"
+#include "renderer/resident/aproned_layout.h"
 
 #include <algorithm>
 #include <cstring>
@@ -19,12 +19,12 @@ bool hasWords(const VolumeInfo& info) { return info.type == VoxelType::u8 || inf
 
 }  // namespace
 
-std::uint64_t ringedSubblockBytes(const VolumeInfo& info) {
+std::uint64_t apronedSubblockBytes(const VolumeInfo& info) {
   const std::size_t rows = rowVoxels(info) * rowVoxels(info);
   return rows * (hasWords(info) ? kWordVoxels * rowWords(info) : rowVoxels(info)) * voxelBytes(info.type);
 }
 
-void layOutRinged(const VolumeInfo& info, std::span<const std::byte> subblocks, std::span<std::byte> out) {
+void layOutAproned(const VolumeInfo& info, std::span<const std::byte> subblocks, std::span<std::byte> out) {
   if (!hasWords(info)) {
     std::ranges::copy(subblocks, out.begin());
     return;

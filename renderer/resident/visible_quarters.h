@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which cells of a level's subblocks may show something of a channel in a density range: 8 bytes a subblock, found by
-// the device from the voxels (shaders/visible_cells.comp) when a range is first asked for. With them a ray steps over
-// what it cannot see down to an eighth of a subblock's side squared.
+// Which quarters of a level's subblocks may show something of a channel in a density range: 8 bytes a subblock, found
+// by the device from the voxels (shaders/visible_quarters.comp) when a range is first asked for. With them a ray steps
+// over what it cannot see down to an eighth of a subblock's side squared.
 #pragma once
 
 #include <map>
@@ -11,17 +11,17 @@
 
 namespace blockwalk {
 
-class VisibleCells {
+class VisibleQuarters {
  public:
-  explicit VisibleCells(Device& device) : device_(device) {}
+  explicit VisibleQuarters(Device& device) : device_(device) {}
 
-  // Part::visible_cells, of the channel's blocks and masks: pieces of some blocks. It outlives the making.
+  // Part::visible_quarters, of the channel's blocks and masks: pieces of some blocks. It outlives the making.
   std::unique_ptr<Making> make(const StoredVolume& volume, const Need& need,
                                std::shared_ptr<const ResidentBlocks> blocks,
                                std::shared_ptr<const ResidentMasks> masks);
 
  private:
-  class CellMaking;
+  class QuarterMaking;
   struct Key {
     std::uint32_t voxel_type = 0;
     std::int32_t subblock_side = 0;

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/resident/visible_cells.h"
+#include "renderer/resident/visible_quarters.h"
 
 #include <algorithm>
 #include <array>
 
 #include "shaders/kernel_interface.h"
-#include "visible_cells.spv.h"
+#include "visible_quarters.spv.h"
 
 namespace blockwalk {
 namespace {
@@ -14,17 +14,17 @@ constexpr std::uint32_t kBlocksASubmission = 1024;  // no dispatch is long
 
 }  // namespace
 
-const vk::raii::Pipeline& VisibleCells::pipeline(const Key& key) {
+const vk::raii::Pipeline& VisibleQuarters::pipeline(const Key& key) {
   const auto found = pipelines_.find(key);
   if (found != pipelines_.end()) return found->second;
   const auto& handle = device_.handle();
   if (!*layout_) {
     const vk::PushConstantRange push{
-        .stageFlags = vk::ShaderStageFlagBits::eCompute, .offset = 0, .size = sizeof(gpu::VisibleCellsPush)};
+        .stageFlags = vk::ShaderStageFlagBits::eCompute, .offset = 0, .size = sizeof(gpu::VisibleQuartersPush)};
     layout_ = handle.createPipelineLayout(vk::PipelineLayoutCreateInfo{}.setPushConstantRanges(push));
   }
   const vk::raii::ShaderModule module =
-      handle.createShaderModule({.codeSize = sizeof visible_cells_spirv, .pCode = visible_cells_spirv});
+      handle.createShaderModule({.codeSize = sizeof visible_quarters_spirv, .pCode = visible_quarters_spirv});
   std::array<vk::SpecializationMapEntry, 3> entries;
   for (std::uint32_t i = 0; i < entries.size(); ++i)
     entries[i] = vk::SpecializationMapEntry{.constantID = i, .offset = i * 4, .size = 4};
@@ -40,35 +40,36 @@ const vk::raii::Pipeline& VisibleCells::pipeline(const Key& key) {
       .first->second;
 }
 
-class VisibleCells::CellMaking final : public Making {
+class VisibleQuarters::QuarterMaking final : public Making {
  public:
-  CellMaking(VisibleCells& kernels, const Key& key, const Need& need, std::shared_ptr<const ResidentBlocks> blocks,
-             std::shared_ptr<const ResidentMasks> masks)
+  QuarterMaking(VisibleQuarters& kernels, const Key& key, const Need& need,
+                std::shared_ptr<const ResidentBlocks> blocks, std::shared_ptr<const ResidentMasks> masks)
       : kernels_(kernels),
         key_(key),
         range_(need.range),
         blocks_(std::move(blocks)),
         masks_(std::move(masks)),
-        made_(std::make_unique<ResidentCells>()) {
-    made_->cells = Buffer(kernels.device_, std::uint64_t{masks_->count} * sizeof(std::uint64_t), BufferUse::resident);
+        made_(std::make_unique<ResidentQuarters>()) {
+    made_->quarters =
+        Buffer(kernels.device_, std::uint64_t{masks_->count} * sizeof(std::uint64_t), BufferUse::resident);
   }
 
   std::unique_ptr<Resident> advance() override {
     const auto blocks = static_cast<std::uint32_t>(blocks_->voxels->records.blocks.size());
     const vk::raii::Pipeline& kernel = kernels_.pipeline(key_);
-    const gpu::VisibleCellsPush push{.blocks = blocks_->records.address(),
-                                     .masks = masks_->records.address(),
-                                     .cells = made_->cells.address(),
-                                     .density_lo = range_.lo,
-                                     .density_hi = range_.hi,
-                                     .first_block = next_,
-                                     .block_count = blocks,
-                                     .subblock_count = masks_->count,
-                                     .padding = 0};
+    const gpu::VisibleQuartersPush push{.blocks = blocks_->records.address(),
+                                        .masks = masks_->records.address(),
+                                        .quarters = made_->quarters.address(),
+                                        .density_lo = range_.lo,
+                                        .density_hi = range_.hi,
+                                        .first_block = next_,
+                                        .block_count = blocks,
+                                        .subblock_count = masks_->count,
+                                        .padding = 0};
     const std::uint32_t count = std::min(kBlocksASubmission, blocks - next_);
     kernels_.device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
       commands.bindPipeline(vk::PipelineBindPoint::eCompute, *kernel);
-      commands.pushConstants<gpu::VisibleCellsPush>(*kernels_.layout_, vk::ShaderStageFlagBits::eCompute, 0, push);
+      commands.pushConstants<gpu::VisibleQuartersPush>(*kernels_.layout_, vk::ShaderStageFlagBits::eCompute, 0, push);
       commands.dispatch(count, 1, 1);
     });
     next_ += count;
@@ -78,23 +79,23 @@ class VisibleCells::CellMaking final : public Making {
   std::uint64_t bytes() const override { return made_ != nullptr ? made_->bytes() : 0; }
 
  private:
-  VisibleCells& kernels_;
+  VisibleQuarters& kernels_;
   Key key_;
   StoredRange range_;
   std::shared_ptr<const ResidentBlocks> blocks_;
   std::shared_ptr<const ResidentMasks> masks_;
-  std::unique_ptr<ResidentCells> made_;
+  std::unique_ptr<ResidentQuarters> made_;
   std::uint32_t next_ = 0;
 };
 
-std::unique_ptr<Making> VisibleCells::make(const StoredVolume& volume, const Need& need,
-                                           std::shared_ptr<const ResidentBlocks> blocks,
-                                           std::shared_ptr<const ResidentMasks> masks) {
+std::unique_ptr<Making> VisibleQuarters::make(const StoredVolume& volume, const Need& need,
+                                              std::shared_ptr<const ResidentBlocks> blocks,
+                                              std::shared_ptr<const ResidentMasks> masks) {
   const VolumeInfo& info = volume.file->info();
   const Key key{.voxel_type = static_cast<std::uint32_t>(info.type),
                 .subblock_side = info.subblock_side,
                 .apron = need.apron ? 1u : 0u};
-  return std::make_unique<CellMaking>(*this, key, need, std::move(blocks), std::move(masks));
+  return std::make_unique<QuarterMaking>(*this, key, need, std::move(blocks), std::move(masks));
 }
 
 }  // namespace blockwalk
