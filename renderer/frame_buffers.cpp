@@ -32,9 +32,12 @@ FrameBuffers FrameBufferPool::take(const Sizes& sizes) {
   return buffers;
 }
 
-void FrameBufferPool::give(FrameBuffers buffers) {
+void FrameBufferPool::give(FrameBuffers buffers) noexcept {
   if (idle_.size() == kMostIdle) idle_.pop_back();
-  idle_.push_front(std::move(buffers));
+  try {
+    idle_.push_front(std::move(buffers));
+  } catch (const std::bad_alloc&) {  // no memory to remember it by: it goes back to the device
+  }
 }
 
 }  // namespace blockwalk

@@ -30,7 +30,7 @@ class FrameBufferPool {
 
   // At least so large. Throws DeviceError.
   FrameBuffers take(const Sizes& sizes);
-  void give(FrameBuffers buffers);
+  void give(FrameBuffers buffers) noexcept;
   // Lets go of all that no frame has.
   void drop() { idle_.clear(); }
 

@@ -48,6 +48,7 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
     measure();
     return true;
   }
+  bool waits() const override { return probe_ != nullptr ? probe_->waits() : frame_ != nullptr && frame_->waits(); }
   Frame finish() override { return frame_->take(); }
 
  private:

@@ -38,8 +38,37 @@ PlannedFrame::PlannedFrame(FrameTools& tools, const VulkanVolume& volume, Plan p
   }
 }
 
-PlannedFrame::~PlannedFrame() {
-  if (is_begun_) tools_.buffers.give(std::move(buffers_));
+PlannedFrame::~PlannedFrame() { end(); }
+
+void PlannedFrame::hold() {
+  shortage_ = nullptr;
+  if (!std::exchange(holds_, true)) ++tools_.under_way.holding;
+}
+
+void PlannedFrame::letGo() noexcept {
+  if (std::exchange(is_begun_, false)) tools_.buffers.give(std::exchange(buffers_, {}));
+  kept_.reset();
+  waits_for_.reset();
+  pins_.clear();
+  if (std::exchange(holds_, false)) --tools_.under_way.holding;
+}
+
+void PlannedFrame::end() noexcept {
+  if (holds_) ++tools_.under_way.ended;
+  letGo();
+}
+
+bool PlannedFrame::waits() const {
+  return shortage_ != nullptr && tools_.under_way.holding > 0 && tools_.under_way.ended == ended_before_;
+}
+
+// From a handler of what it threw.
+void PlannedFrame::defer() {
+  shortage_ = std::current_exception();
+  letGo();
+  next_need_ = 0;
+  sample_begin_ = 0;
+  ended_before_ = tools_.under_way.ended;
 }
 
 void PlannedFrame::describe() {
@@ -59,7 +88,16 @@ void PlannedFrame::describe() {
 
 bool PlannedFrame::advance() {
   const auto start = std::chrono::steady_clock::now();
-  const bool more = advanceWork();
+  if (waits() && !isCancelled()) std::rethrow_exception(shortage_);
+  hold();
+  bool more = true;
+  try {
+    more = advanceWork();
+  } catch (const OutOfDeviceMemory&) {
+    const bool draws = cutter_.has_value();  // and takes nothing more
+    if (draws || tools_.under_way.holding == 1) throw;
+    defer();
+  }
   frame_.stats.total_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   if (!more) finish();
   return more;
@@ -198,12 +236,8 @@ void PlannedFrame::finish() {
       kept_->total_ms = stats.total_ms;
       tools_.kept_sums.keep(std::move(kept_));
     }
-    tools_.buffers.give(std::exchange(buffers_, {}));
-    is_begun_ = false;
   }
-  kept_.reset();
-  waits_for_.reset();
-  pins_.clear();
+  end();
 }
 
 }  // namespace blockwalk

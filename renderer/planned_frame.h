@@ -4,6 +4,7 @@
 // that are new and adds them to the sums that were kept.
 #pragma once
 
+#include <exception>
 #include <optional>
 
 #include "renderer/band_cutter.h"
@@ -15,6 +16,13 @@
 
 namespace blockwalk {
 
+// Frames that hold parts or memory. Where there is no room for one more it lets go of all that it holds and waits until
+// one has ended, so that no two wait for each other; the last one alone that finds no room is refused.
+struct FramesUnderWay {
+  std::size_t holding = 0;
+  std::uint64_t ended = 0;
+};
+
 // What all frames of a renderer share.
 struct FrameTools {
   Device& device;
@@ -25,6 +33,7 @@ struct FrameTools {
   KeptSums kept_sums;
   FrameBufferPool buffers;
   BandTimes times;
+  FramesUnderWay under_way{};
 };
 
 class PlannedFrame {
@@ -37,12 +46,18 @@ class PlannedFrame {
 
   // A part, a piece of one, or a dispatch. True while there is more.
   bool advance();
+  // As FrameInProgress::waits().
+  bool waits() const;
   // Once there is no more.
   Frame take() { return std::move(frame_); }
 
  private:
   bool isCancelled() const { return order_.cancel != nullptr && order_.cancel->load(std::memory_order_relaxed); }
   bool advanceWork();
+  void hold();
+  void letGo() noexcept;
+  void end() noexcept;
+  void defer();
   void describe();
   bool makeResident();
   void begin();
@@ -62,6 +77,9 @@ class PlannedFrame {
   Pins pins_;
   std::shared_ptr<const Slot> waits_for_;  // the part in the making, which does not give way meanwhile
   bool made_region_ = false;
+  bool holds_ = false;
+  std::exception_ptr shortage_;  // while it waits
+  std::uint64_t ended_before_ = 0;
 
   bool is_begun_ = false;
   FrameBuffers buffers_;

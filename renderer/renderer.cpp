@@ -16,6 +16,7 @@ class GuardedFrame final : public FrameInProgress {
   bool advance() override {
     return device_.calls().translate("a frame", [this] { return frame_->advance(); });
   }
+  bool waits() const override { return frame_->waits(); }
   Frame finish() override { return frame_->finish(); }
 
  private:

@@ -37,6 +37,9 @@ class FrameInProgress {
   // One piece: of what has to become resident, or a band's samples; about DeviceOptions::band_ms of device time. True
   // while there is more to do. Throws as begin() does; then the frame is given up.
   virtual bool advance() = 0;
+  // There is no room for what it needs beside what other frames under way use; it has let go of its own. It can go on
+  // once one of those has ended; advance() before that refuses it, with OutOfDeviceMemory.
+  virtual bool waits() const = 0;
   // The frame, once advance() said that there is no more; `cancelled` where the order was.
   virtual Frame finish() = 0;
 };

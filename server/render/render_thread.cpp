@@ -170,7 +170,14 @@ RenderThread::Queue::Entry* RenderThread::nextTurn() {
 }
 
 bool RenderThread::mayRun(const Queue::Entry& entry) {
-  if (entry.job.frame != nullptr || entry.job.is_load) return true;
+  if (entry.job.frame != nullptr) return !entry.job.frame->waits();
+  // Who waits for memory is not passed by newcomers that would take it.
+  bool anyone_waits = false;
+  queue_.forEach([&](const Queue::Entry& other) {
+    anyone_waits = anyone_waits || (other.job.frame != nullptr && other.job.frame->waits());
+  });
+  if (anyone_waits) return false;
+  if (entry.job.is_load) return true;
   const auto held = volumes_.find(entry.job.order.volume);
   if (held != volumes_.end() && (held->second.hold == VolumeHold::loading || held->second.hold == VolumeHold::lost)) {
     return false;

@@ -72,7 +72,7 @@ TEST_F(BudgetTest, ManyWhoLookDoNotDriveOutEachOthersParts) {
   };
   round();
   const auto first = made();
-  EXPECT_EQ(first.at("cells"), 5u);
+  EXPECT_EQ(first.at("quarters"), 5u);
   EXPECT_EQ(first.at("table"), 5u);
   for (int i = 0; i < 3; ++i) round();
   EXPECT_EQ(made(), first);
@@ -138,8 +138,8 @@ TEST_F(BudgetTest, WhatDoesNotFitIsRefusedAndWhatDoesIsServed) {
   }
 }
 
-// A frame under way keeps what it uses: who needs more than is left beside it is refused, not it.
-TEST_F(BudgetTest, WhatAFrameUsesStaysUntilItEnds) {
+// A frame under way keeps what it uses: who needs more than is left beside it waits, and holds nothing meanwhile.
+TEST_F(BudgetTest, WhoFindsNoRoomBesideOthersWaitsUntilOneHasEnded) {
   const auto file = buildFile(*makeSynthetic({.type = VoxelType::u16, .dims = {120, 110, 100}, .seed = 5}));
   View view, other;
   view.width = other.width = 32;
@@ -149,14 +149,71 @@ TEST_F(BudgetTest, WhatAFrameUsesStaysUntilItEnds) {
   start(file, 0);
   const Frame expected = renderer_->render(*volume_, view, {});
   const Frame expected_other = renderer_->render(*volume_, other, {});
-  start(file, used() * 3 / 4);
-  const auto frame = renderer_->begin(*volume_, {.view = resolveView(view, volume_->info())});
-  while (renderer_->parts()[0].made == 0) ASSERT_TRUE(frame->advance());  // it has its voxels
-  EXPECT_THROW(renderer_->render(*volume_, other, {}), OutOfDeviceMemory);
-  while (frame->advance()) {
+  const std::uint64_t budget = used() * 3 / 4;
+  start(file, budget);
+  const auto begin = [&](const View& of) {
+    return renderer_->begin(*volume_, {.view = resolveView(of, volume_->info())});
+  };
+  const auto frame = begin(view);
+  while (renderer_->parts()[0].made == 0) ASSERT_TRUE(frame->advance());    // it has its voxels
+  EXPECT_THROW(renderer_->render(*volume_, other, {}), OutOfDeviceMemory);  // which does not wait
+
+  std::vector<std::unique_ptr<FrameInProgress>> waiting;
+  for (int i = 0; i < 3; ++i) {
+    waiting.push_back(begin(other));
+    while (!waiting.back()->waits()) ASSERT_TRUE(waiting.back()->advance());
+    EXPECT_LE(used(), budget);
   }
+  EXPECT_THROW(waiting[2]->advance(), OutOfDeviceMemory);  // who asks now is refused
+  waiting.pop_back();
+  while (frame->advance()) EXPECT_TRUE(waiting[0]->waits());
   EXPECT_EQ(frame->finish().pixels, expected.pixels);
-  EXPECT_EQ(renderer_->render(*volume_, other, {}).pixels, expected_other.pixels);
+  for (const auto& late : waiting) {
+    EXPECT_FALSE(late->waits());
+    while (late->advance()) EXPECT_LE(used(), budget);
+    EXPECT_EQ(late->finish().pixels, expected_other.pixels);
+  }
+}
+
+// Two that each fit alone, in turns: the second gives way whatever it had, and neither is refused.
+TEST_F(BudgetTest, FramesThatFitOnlyOneAfterTheOtherAllEnd) {
+  const auto file = buildFile(*makeSynthetic({.type = VoxelType::u16, .dims = {120, 110, 100}, .seed = 5}));
+  std::vector<View> views(4);
+  for (std::size_t i = 0; i < views.size(); ++i) {
+    views[i].width = views[i].height = 48;
+    views[i].level = 0;
+    views[i].filter = i % 2 == 0 ? Filter::linear : Filter::nearest;
+    views[i].channels[0].range = DensityRange{10.0 + static_cast<double>(i), 60000};
+  }
+  start(file, 0);
+  std::vector<Frame> expected;
+  std::uint64_t most = 0;
+  for (const View& view : views) {
+    start(file, 0);
+    expected.push_back(renderer_->render(*volume_, view, {}));
+    most = std::max(most, used());
+  }
+  const std::uint64_t budget = most + (std::uint64_t{256} << 10);
+  start(file, budget);
+  std::vector<std::unique_ptr<FrameInProgress>> frames;
+  for (const View& view : views)
+    frames.push_back(renderer_->begin(*volume_, {.view = resolveView(view, volume_->info())}));
+  std::vector<bool> done(frames.size());
+  bool any_waited = false;
+  for (int turn = 0; std::ranges::find(done, false) != done.end(); ++turn) {
+    ASSERT_LT(turn, 100000);
+    bool moved = false;
+    for (std::size_t i = 0; i < frames.size(); ++i) {
+      any_waited = any_waited || (!done[i] && frames[i]->waits());
+      if (done[i] || frames[i]->waits()) continue;
+      moved = true;
+      done[i] = !frames[i]->advance();
+      EXPECT_LE(used(), budget);
+    }
+    ASSERT_TRUE(moved) << "all wait for each other";
+  }
+  EXPECT_TRUE(any_waited);
+  for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(frames[i]->finish().pixels, expected[i].pixels) << i;
 }
 
 TEST_F(BudgetTest, WhereTheInstancesDoNotFitTheGridServesAndNothingIsTriedAgain) {

@@ -35,6 +35,10 @@ struct FakeControl {
   std::atomic<int> loads = 0;           // volumes
   std::atomic<int> most_under_way = 0;  // frames begun and neither finished nor given up
   std::atomic<int> under_way = 0;
+  std::atomic<int> room = 0;     // not 0: of so many frames at a time; others wait, as FrameInProgress::waits() says
+  std::atomic<int> holding = 0;  // of those that have room
+  std::atomic<int> waited = 0;   // frames that found none
+  std::atomic<int> out_of_turn = 0;  // advanced while they waited
   // Time of bands; and of those of frames that are no larger than 64x48.
   std::atomic<std::int64_t> busy_us = 0;
   std::atomic<std::int64_t> small_busy_us = 0;
@@ -152,7 +156,10 @@ class FakeRenderer final : public Renderer {
     }
     ~FakeFrame() override {
       if (!order_.prepare_only) --control_.under_way;
+      if (holds_) --control_.holding;
     }
+
+    bool waits() const override { return waits_ && control_.holding >= control_.room; }
 
     bool advance() override {
       control_.call();
@@ -160,6 +167,16 @@ class FakeRenderer final : public Renderer {
         if (!control_.hold_load || isCancelled()) return false;
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
         return true;
+      }
+      if (control_.room != 0 && !holds_ && !isCancelled()) {
+        if (waits()) ++control_.out_of_turn;
+        holds_ = control_.holding < control_.room;
+        if (!holds_) {
+          control_.waited += waits_ ? 0 : 1;
+          return waits_ = true;
+        }
+        waits_ = false;
+        ++control_.holding;
       }
       if (control_.fail_device) throw DeviceError("the fake device was told to refuse");
       if (control_.fail_memory) throw std::bad_alloc();
@@ -204,6 +221,8 @@ class FakeRenderer final : public Renderer {
     int bands_ = 1;
     double share_ = 1;
     int band_ = 0;
+    bool holds_ = false;
+    bool waits_ = false;
   };
 
   std::shared_ptr<FakeControl> control_;

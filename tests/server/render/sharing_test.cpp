@@ -165,5 +165,22 @@ TEST(Departure, ManyThatLeftDoNotHoldUpTheRest) {
   EXPECT_EQ(server.control().started, RenderThread::kRequestsUnderWay);
 }
 
+TEST(Room, WhoWaitsForMemoryIsNeitherTurnedNorPassed) {
+  RunningServer server;
+  server.control().bands = 20;
+  server.control().band_ms = 2;
+  server.control().room = 1;
+  std::vector<WireClient> clients;
+  for (int i = 0; i < 6; ++i) {
+    clients.emplace_back(server.port());
+    clients.back().send(fmt::format("GET {}?size=64x64&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPath, 20 + i));
+  }
+  for (WireClient& client : clients) EXPECT_EQ(client.readReply().status, 200);
+  EXPECT_EQ(server.control().started, 6);
+  EXPECT_GE(server.control().waited, 1);
+  EXPECT_EQ(server.control().out_of_turn, 0);
+  EXPECT_LE(server.control().most_under_way, 2);  // the one that has the room, and the one that waits for it
+}
+
 }  // namespace
 }  // namespace blockwalk
