@@ -11,7 +11,7 @@
 namespace blockwalk {
 
 // Where a device may fail, and how: for tests (renderer/vulkan/device_calls.h).
-enum class DeviceCall : std::uint8_t { allocate, compile, submit, wait };
+enum class DeviceCall : std::uint8_t { allocate, create, compile, submit, wait };
 enum class DeviceFault : std::uint8_t { none, out_of_memory, lost };
 
 struct DeviceOptions {

@@ -32,7 +32,9 @@ int chooseLevel(const ResolvedView& view, const VolumeInfo& info) {
 int drawnLevel(const ResolvedView& view, const VolumeInfo& info) {
   const int level = view.level == kAutoLevel ? chooseLevel(view, info) : view.level;
   const bool means = view.mode == Mode::mip && level > 0 && !info.has(level, Form::maxima) &&
-                     std::ranges::any_of(view.drawn, [&](int channel) { return info.channels[static_cast<std::size_t>(channel)].values != ChannelValues::labels; });
+                     std::ranges::any_of(view.drawn, [&](int channel) {
+                       return info.channels[static_cast<std::size_t>(channel)].values != ChannelValues::labels;
+                     });
   return means ? 0 : level;
 }
 

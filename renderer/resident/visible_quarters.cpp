@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "renderer/vulkan/side_kernel.h"
 #include "shaders/kernel_interface.h"
 #include "visible_quarters.spv.h"
 
@@ -17,27 +18,9 @@ constexpr std::uint32_t kBlocksASubmission = 1024;  // no dispatch is long
 const vk::raii::Pipeline& VisibleQuarters::pipeline(const Key& key) {
   const auto found = pipelines_.find(key);
   if (found != pipelines_.end()) return found->second;
-  const auto& handle = device_.handle();
-  if (!*layout_) {
-    const vk::PushConstantRange push{
-        .stageFlags = vk::ShaderStageFlagBits::eCompute, .offset = 0, .size = sizeof(gpu::VisibleQuartersPush)};
-    layout_ = handle.createPipelineLayout(vk::PipelineLayoutCreateInfo{}.setPushConstantRanges(push));
-  }
-  const vk::raii::ShaderModule module =
-      handle.createShaderModule({.codeSize = sizeof visible_quarters_spirv, .pCode = visible_quarters_spirv});
-  std::array<vk::SpecializationMapEntry, 3> entries;
-  for (std::uint32_t i = 0; i < entries.size(); ++i)
-    entries[i] = vk::SpecializationMapEntry{.constantID = i, .offset = i * 4, .size = 4};
-  const vk::SpecializationInfo specialisation{
-      .mapEntryCount = entries.size(), .pMapEntries = entries.data(), .dataSize = sizeof key, .pData = &key};
-  return pipelines_
-      .emplace(key, handle.createComputePipeline(
-                        nullptr, vk::ComputePipelineCreateInfo{.stage = {.stage = vk::ShaderStageFlagBits::eCompute,
-                                                                         .module = *module,
-                                                                         .pName = "main",
-                                                                         .pSpecializationInfo = &specialisation},
-                                                               .layout = *layout_}))
-      .first->second;
+  if (!*layout_) layout_ = makePushLayout(device_, sizeof(gpu::VisibleQuartersPush));
+  const std::array constants{key.voxel_type, key.subblock_side, key.apron};
+  return pipelines_.emplace(key, makeSideKernel(device_, visible_quarters_spirv, constants, layout_)).first->second;
 }
 
 class VisibleQuarters::QuarterMaking final : public Making {
@@ -93,7 +76,7 @@ std::unique_ptr<Making> VisibleQuarters::make(const StoredVolume& volume, const 
                                               std::shared_ptr<const ResidentMasks> masks) {
   const VolumeInfo& info = volume.file->info();
   const Key key{.voxel_type = static_cast<std::uint32_t>(info.type),
-                .subblock_side = info.subblock_side,
+                .subblock_side = static_cast<std::uint32_t>(info.subblock_side),
                 .apron = need.apron ? 1u : 0u};
   return std::make_unique<QuarterMaking>(*this, key, need, std::move(blocks), std::move(masks));
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which quarters of a level's subblocks may show something of a channel in a density range: 8 bytes a subblock, found
 // by the device from the voxels (shaders/visible_quarters.comp) when a range is first asked for. With them a ray steps
-// over what it cannot see down to an eighth of a subblock's side squared.
+// over what it cannot see, down to a quarter of a subblock's side.
 #pragma once
 
 #include <map>
@@ -24,7 +24,7 @@ class VisibleQuarters {
   class QuarterMaking;
   struct Key {
     std::uint32_t voxel_type = 0;
-    std::int32_t subblock_side = 0;
+    std::uint32_t subblock_side = 0;
     std::uint32_t apron = 0;
     auto operator<=>(const Key&) const = default;
   };

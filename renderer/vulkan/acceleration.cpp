@@ -11,8 +11,10 @@ namespace {
 AccelerationStructure allocate(Device& device, vk::AccelerationStructureTypeKHR type, std::uint64_t bytes) {
   AccelerationStructure structure;
   structure.storage = Buffer(device, bytes, BufferUse::structure);
-  structure.handle = device.handle().createAccelerationStructureKHR(
-      {.buffer = structure.storage.handle(), .size = bytes, .type = type});
+  structure.handle = device.calls().guard(DeviceCall::create, "an acceleration structure", [&] {
+    return device.handle().createAccelerationStructureKHR(
+        {.buffer = structure.storage.handle(), .size = bytes, .type = type});
+  });
   return structure;
 }
 
@@ -40,8 +42,10 @@ AccelerationStructure build(Device& device, vk::AccelerationStructureTypeKHR typ
 
 // Into as much memory as it turned out to need.
 AccelerationStructure compacted(Device& device, const AccelerationStructure& large) {
-  const vk::raii::QueryPool sizes = device.handle().createQueryPool(
-      {.queryType = vk::QueryType::eAccelerationStructureCompactedSizeKHR, .queryCount = 1});
+  const vk::raii::QueryPool sizes = device.calls().guard(DeviceCall::create, "a query pool", [&] {
+    return device.handle().createQueryPool(
+        {.queryType = vk::QueryType::eAccelerationStructureCompactedSizeKHR, .queryCount = 1});
+  });
   sizes.reset(0, 1);
   device.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
     commands.writeAccelerationStructuresPropertiesKHR(*large.handle,

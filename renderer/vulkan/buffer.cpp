@@ -59,7 +59,7 @@ Buffer::Buffer(Device& device, std::uint64_t bytes, BufferUse use)
 
 void Buffer::create(BufferUse use) {
   const UseFlags flags = flagsOf(use);
-  device_->calls().translate("a buffer", [&] {
+  device_->calls().guard(DeviceCall::create, "a buffer", [&] {
     buffer_ = device_->handle().createBuffer(
         {.size = bytes_, .usage = flags.usage | vk::BufferUsageFlagBits::eShaderDeviceAddress});
     const auto needs = buffer_.getMemoryRequirements();

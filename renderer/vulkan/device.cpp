@@ -293,7 +293,7 @@ vk::raii::CommandBuffer Device::beginCommands() const {
 
 void Device::endAndWait(const vk::raii::CommandBuffer& commands) const {
   commands.end();
-  const vk::raii::Fence fence = device_.createFence({});
+  const vk::raii::Fence fence = calls_->guard(DeviceCall::create, "a fence", [&] { return device_.createFence({}); });
   submit(commands, *fence);
   wait(*fence);
 }

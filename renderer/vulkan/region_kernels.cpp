@@ -6,6 +6,7 @@
 #include "boundary_faces.spv.h"
 #include "classify.spv.h"
 #include "macrocells.spv.h"
+#include "renderer/vulkan/side_kernel.h"
 #include "surround.spv.h"
 
 namespace blockwalk {
@@ -27,32 +28,14 @@ std::span<const std::uint32_t> wordsOf(RegionKernel kernel) {
 }  // namespace
 
 void RegionKernels::bind(const vk::raii::CommandBuffer& commands, RegionKernel kernel) {
-  if (!*layout_) {
-    const vk::PushConstantRange push{.stageFlags = vk::ShaderStageFlagBits::eCompute, .offset = 0, .size = kPushBytes};
-    layout_ = device_.handle().createPipelineLayout(vk::PipelineLayoutCreateInfo{}.setPushConstantRanges(push));
-  }
+  if (!*layout_) layout_ = makePushLayout(device_, kPushBytes);
   auto found = pipelines_.find(kernel);
-  if (found == pipelines_.end()) found = pipelines_.emplace(kernel, make(kernel)).first;
+  if (found == pipelines_.end()) {
+    const std::uint32_t axis = kernel == RegionKernel::faces_z ? 2 : (kernel == RegionKernel::faces_y ? 1 : 0);
+    const std::span<const std::uint32_t> constants(&axis, kernel >= RegionKernel::faces_x ? 1 : 0);
+    found = pipelines_.emplace(kernel, makeSideKernel(device_, wordsOf(kernel), constants, layout_)).first;
+  }
   commands.bindPipeline(vk::PipelineBindPoint::eCompute, *found->second);
-}
-
-vk::raii::Pipeline RegionKernels::make(RegionKernel kernel) const {
-  const std::span<const std::uint32_t> words = wordsOf(kernel);
-  const vk::raii::ShaderModule module =
-      device_.handle().createShaderModule({.codeSize = words.size_bytes(), .pCode = words.data()});
-  const std::int32_t axis = kernel == RegionKernel::faces_z ? 2 : (kernel == RegionKernel::faces_y ? 1 : 0);
-  const vk::SpecializationMapEntry entry{.constantID = 0, .offset = 0, .size = sizeof axis};
-  const bool directional = kernel >= RegionKernel::faces_x;
-  const vk::SpecializationInfo specialisation{.mapEntryCount = directional ? 1u : 0u,
-                                              .pMapEntries = directional ? &entry : nullptr,
-                                              .dataSize = directional ? sizeof axis : 0,
-                                              .pData = directional ? &axis : nullptr};
-  return device_.handle().createComputePipeline(
-      nullptr, vk::ComputePipelineCreateInfo{.stage = {.stage = vk::ShaderStageFlagBits::eCompute,
-                                                       .module = *module,
-                                                       .pName = "main",
-                                                       .pSpecializationInfo = &specialisation},
-                                             .layout = *layout_});
 }
 
 }  // namespace blockwalk

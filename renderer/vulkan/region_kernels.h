@@ -30,7 +30,6 @@ class RegionKernels {
   static constexpr std::uint32_t kPushBytes = 128;  // what every device has
 
   void bind(const vk::raii::CommandBuffer& commands, RegionKernel kernel);
-  vk::raii::Pipeline make(RegionKernel kernel) const;
 
   const Device& device_;
   vk::raii::PipelineLayout layout_{nullptr};
