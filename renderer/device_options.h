@@ -21,6 +21,7 @@ struct DeviceOptions {
   std::uint64_t chunk_bytes = std::uint64_t{256} << 20;  // one allocation of voxels; lowered to what the device allows
   // What this renderer may hold on the device, all together; 0: as much as the device says it has.
   std::uint64_t memory_budget_bytes = 0;
+  std::uint64_t piece_macrocells = std::uint64_t{1} << 20;  // looked at in one submission
   // Measure what the finder `auto` means on a software device too. Elsewhere it is measured for every volume. On
   // lavapipe a kernel that is tried takes about half a second to compile, and none was found that beats the grid by
   // much (docs/experiments).

@@ -112,7 +112,7 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
 FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
     : device_(device),
       probe_software_(options.probe_software),
-      parts_(device, options.chunk_bytes),
+      parts_(device, options),
       tools_{.device = device,
              .band_ms = options.band_ms,
              .kernels = Kernels(device, options.background_kernels, options.most_kernels),

@@ -19,8 +19,11 @@ Need ofLevel(const Need& need, Part part) {
 
 }  // namespace
 
-PartMaker::PartMaker(Device& device, std::uint64_t chunk_bytes)
-    : device_(device), chunk_bytes_(chunk_bytes), visible_quarters_(device), regions_(device) {
+PartMaker::PartMaker(Device& device, const DeviceOptions& options)
+    : device_(device),
+      chunk_bytes_(options.chunk_bytes),
+      visible_quarters_(device),
+      regions_(device, options.piece_macrocells) {
   if (device.rayQuery()) unit_box_ = buildUnitBox(device);
 }
 

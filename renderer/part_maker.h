@@ -9,8 +9,8 @@ namespace blockwalk {
 
 class PartMaker {
  public:
-  // `chunk_bytes` is the size of one allocation of voxels.
-  PartMaker(Device& device, std::uint64_t chunk_bytes);
+  // Of the options its sizes of chunks and pieces.
+  PartMaker(Device& device, const DeviceOptions& options);
 
   // Residency::Begin. It outlives what it makes.
   std::unique_ptr<Making> begin(const StoredVolume& volume, const Need& need, const Pins& inputs);

@@ -23,9 +23,9 @@ bool meets(ClassifiedChannel channel, float lo, float hi) {
 }
 
 void main() {
-  ivec3 macrocells = ivec3(gl_NumWorkGroups) * kRegionGroupSide;
-  uint macrocell = latticeIndex(ivec3(gl_GlobalInvocationID), macrocells);
-  if (macrocell >= push.macrocell_count) return;
+  ivec3 place = ivec3(gl_GlobalInvocationID);
+  if (!isInside(place, push.macrocell_dims)) return;
+  uint macrocell = latticeIndex(place, push.macrocell_dims);
   bool is_active = false;
   for (uint c = 0u; c < push.channel_count; ++c) {
     GpuSubblock range = SubblockArray(push.channels[c].ranges).at[macrocell];

@@ -40,8 +40,8 @@ struct ClassifiedChannel {
 struct ClassifyPush {
   ClassifiedChannel channels[kMaxDrawnChannels];
   uint64_t states;  // uint8_t[], x fastest: kMacrocellActive or kMacrocellCalm
-  uint macrocell_count;
   uint channel_count;
+  ivec3 macrocell_dims;
 };
 
 // surround.comp: which of the others touch an active one.
@@ -65,7 +65,7 @@ struct BoundaryPush {
 
 #ifdef __cplusplus
 static_assert(sizeof(MacrocellPush) == 88 && sizeof(ClassifiedChannel) == 24);
-static_assert(sizeof(ClassifyPush) == 112 && sizeof(SurroundPush) == 40 && sizeof(BoundaryPush) == 48);
+static_assert(sizeof(ClassifyPush) == 120 && sizeof(SurroundPush) == 40 && sizeof(BoundaryPush) == 48);
 }  // namespace blockwalk::gpu
 #endif
 #endif

@@ -2,6 +2,7 @@
 #include "renderer/find/active_region.h"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <limits>
 #include <optional>
@@ -33,14 +34,6 @@ double timed(Work&& work) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-// What a kernel has written is there for the next, for builds and for the host.
-void makeVisible(const vk::raii::CommandBuffer& commands) {
-  const vk::MemoryBarrier all{.srcAccessMask = vk::AccessFlagBits::eShaderWrite,
-                              .dstAccessMask = vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite};
-  commands.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader,
-                           vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost, {}, all, {}, {});
-}
-
 void reserve(Device& device, Buffer& buffer, std::uint64_t bytes, BufferUse use) {
   if (buffer.bytes() < bytes) buffer = Buffer(device, bytes, use);
 }
@@ -52,39 +45,64 @@ glm::ivec3 macrocellDims(glm::ivec3 level_dims, int macrocell_voxels) {
 }
 
 // Ranges do not change: once a level, macrocell size and channel.
+class ActiveRegions::MacrocellMaking final : public Making {
+ public:
+  MacrocellMaking(ActiveRegions& regions, const VolumeInfo& info, const Need& need,
+                  std::shared_ptr<const ResidentBlocks> blocks, std::shared_ptr<const ResidentMasks> masks,
+                  std::shared_ptr<const ResidentGrid> grid)
+      : regions_(regions),
+        dims_(macrocellDims(info.level(need.level, need.form).dims, need.macrocell_voxels)),
+        slabs_(dims_, regions.piece_macrocells_),
+        blocks_(std::move(blocks)),
+        masks_(std::move(masks)),
+        grid_(std::move(grid)),
+        counter_(regions.device_, sizeof(std::uint32_t), BufferUse::readback),
+        made_(std::make_unique<ResidentMacrocells>()) {
+    made_->ranges = Buffer(regions.device_, macrocellCount(dims_) * sizeof(gpu::GpuSubblock), BufferUse::resident);
+    counter_.mappedAs<std::uint32_t>()[0] = 0;
+    push_ = {.blocks = blocks_->records.address(),
+             .subblocks = masks_->records.address(),
+             .grid_tiles = grid_->tiles.address(),
+             .grid_blocks = grid_->blocks.address(),
+             .ranges = made_->ranges.address(),
+             .occupied = counter_.address(),
+             .tile_dims = grid_->tile_dims,
+             .macrocell_dims = dims_,
+             .macrocell_voxels = need.macrocell_voxels,
+             .subblock_side = info.subblock_side,
+             .block_side = info.block_side};
+  }
+
+  std::unique_ptr<Resident> advance() override {
+    regions_.kernels_.run(RegionKernel::macrocells, push_, slabs_.next());
+    if (!slabs_.isDone()) return nullptr;
+    made_->occupied = counter_.mappedAs<std::uint32_t>()[0];
+    return std::move(made_);
+  }
+  std::uint64_t bytes() const override { return made_ != nullptr ? made_->bytes() : 0; }
+
+ private:
+  ActiveRegions& regions_;
+  glm::ivec3 dims_;
+  Slabs slabs_;
+  std::shared_ptr<const ResidentBlocks> blocks_;
+  std::shared_ptr<const ResidentMasks> masks_;
+  std::shared_ptr<const ResidentGrid> grid_;
+  Buffer counter_;
+  std::unique_ptr<ResidentMacrocells> made_;
+  gpu::MacrocellPush push_{};
+};
+
 std::unique_ptr<Making> ActiveRegions::makeMacrocells(const StoredVolume& volume, const Need& need,
                                                       std::shared_ptr<const ResidentBlocks> blocks,
                                                       std::shared_ptr<const ResidentMasks> masks,
                                                       std::shared_ptr<const ResidentGrid> grid) {
-  return makeAtOnce(
-      [this, file = volume.file, need, blocks = std::move(blocks), masks = std::move(masks), grid = std::move(grid)] {
-        const VolumeInfo& info = file->info();
-        const glm::ivec3 dims = macrocellDims(info.level(need.level, need.form).dims, need.macrocell_voxels);
-        const Buffer counter(device_, sizeof(std::uint32_t), BufferUse::readback);
-        auto made = std::make_unique<ResidentMacrocells>();
-        made->ranges = Buffer(device_, macrocellCount(dims) * sizeof(gpu::GpuSubblock), BufferUse::resident);
-        const gpu::MacrocellPush push{.blocks = blocks->records.address(),
-                                      .subblocks = masks->records.address(),
-                                      .grid_tiles = grid->tiles.address(),
-                                      .grid_blocks = grid->blocks.address(),
-                                      .ranges = made->ranges.address(),
-                                      .occupied = counter.address(),
-                                      .tile_dims = grid->tile_dims,
-                                      .macrocell_dims = dims,
-                                      .macrocell_voxels = need.macrocell_voxels,
-                                      .subblock_side = info.subblock_side,
-                                      .block_side = info.block_side};
-        counter.mappedAs<std::uint32_t>()[0] = 0;
-        device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-          kernels_.dispatch(commands, RegionKernel::macrocells, push, dims);
-          makeVisible(commands);
-        });
-        made->occupied = counter.mappedAs<std::uint32_t>()[0];
-        return made;
-      });
+  return std::make_unique<MacrocellMaking>(*this, volume.file->info(), need, std::move(blocks), std::move(masks),
+                                           std::move(grid));
 }
 
-// Classifies; merges on a thread of the host's, or writes faces; builds: a piece each.
+// Classifies; merges on a thread of the host's, or writes faces: in pieces. Then builds, which is one piece: the driver
+// takes a structure whole.
 class ActiveRegions::RegionMaking final : public Making {
  public:
   RegionMaking(ActiveRegions& regions, glm::ivec3 level_dims, const Need& need,
@@ -93,10 +111,12 @@ class ActiveRegions::RegionMaking final : public Making {
         device_(regions.device_),
         need_(need),
         macrocells_(std::move(macrocells)),
+        dims_(macrocellDims(level_dims, need.macrocell_voxels)),
         scratch_(std::exchange(regions.spare_, {})),
-        made_(std::make_unique<ResidentRegion>()) {
-    made_->macrocell_dims = macrocellDims(level_dims, need.macrocell_voxels);
-    made_->build = {.macrocell_voxels = need.macrocell_voxels, .macrocells = macrocellCount(made_->macrocell_dims)};
+        made_(std::make_unique<ResidentRegion>()),
+        slabs_(slabsOf(dims_)) {
+    made_->macrocell_dims = dims_;
+    made_->build = {.macrocell_voxels = need.macrocell_voxels, .macrocells = macrocellCount(dims_)};
     for (const auto& of_channel : macrocells_) occupied_ += of_channel->occupied;
   }
   ~RegionMaking() override { regions_.spare_ = std::move(scratch_); }
@@ -105,9 +125,8 @@ class ActiveRegions::RegionMaking final : public Making {
 
   std::unique_ptr<Resident> advance() override {
     FinderBuild& build = made_->build;
-    if (!is_classified_) {
-      build.tf_ms = timed([&] { classify(); });
-      is_classified_ = true;
+    if (stage_ != Stage::shapes) {
+      build.tf_ms += timed([&] { stage_ == Stage::classify ? classify() : surround(); });
       return nullptr;
     }
     if (build.active_macrocells == 0) {
@@ -127,10 +146,16 @@ class ActiveRegions::RegionMaking final : public Making {
     double ms = 0;
   };
 
+  enum class Stage : std::uint8_t { classify, surround, shapes };
+
+  Slabs slabsOf(glm::ivec3 cells) const { return {cells, regions_.piece_macrocells_}; }
+  void prepareClassification();
   void classify();
+  void surround();
   bool mergeBoxes();
   bool extractBoundary();
-  std::uint32_t writeFaces();
+  void beginFaces(std::uint64_t bytes);
+  void writeFaces();
   std::uint64_t commonBytes() const {
     return made_->states.bytes() + made_->bottom.storage.bytes() + made_->top.storage.bytes();
   }
@@ -140,11 +165,15 @@ class ActiveRegions::RegionMaking final : public Making {
   Need need_;
   std::vector<std::shared_ptr<const ResidentMacrocells>> macrocells_;
   std::uint64_t occupied_ = 0;  // at most so many macrocells can be active
+  glm::ivec3 dims_;
   Scratch scratch_;
   std::unique_ptr<ResidentRegion> made_;
-  bool is_classified_ = false;
+  Stage stage_ = Stage::classify;
+  Slabs slabs_;     // of the stage
+  Buffer visible_;  // densities that can be seen
+  gpu::ClassifyPush push_{};
   std::optional<HostWork<Merged>> merging_;
-  std::optional<std::uint32_t> faces_;
+  int axis_ = -1;  // of the faces that are written; 3: they all are
 };
 
 std::unique_ptr<Making> ActiveRegions::makeRegion(const StoredVolume& volume, const Need& need,
@@ -153,8 +182,8 @@ std::unique_ptr<Making> ActiveRegions::makeRegion(const StoredVolume& volume, co
   return std::make_unique<RegionMaking>(*this, dims, need, std::move(macrocells));
 }
 
-void ActiveRegions::RegionMaking::classify() {
-  const std::uint64_t macrocells = macrocellCount(made_->macrocell_dims);
+void ActiveRegions::RegionMaking::prepareClassification() {
+  const std::uint64_t macrocells = macrocellCount(dims_);
   reserve(device_, scratch_.classified, macrocells, BufferUse::readback);
   reserve(device_, scratch_.counter, sizeof(std::uint32_t), BufferUse::readback);
   made_->states = Buffer(device_, (macrocells + 3) / 4 * 4, BufferUse::resident);  // the render kernel reads words
@@ -162,39 +191,46 @@ void ActiveRegions::RegionMaking::classify() {
   for (const RegionChannel& drawn : need_.region) {
     for (const StoredRange& range : drawn.densities) intervals.emplace_back(range.lo, range.hi);
   }
-  const Buffer visible = uploadVector(device_, intervals);
-  gpu::ClassifyPush push{};
-  std::uint64_t next = visible.address();
+  visible_ = uploadVector(device_, intervals);
+  std::uint64_t next = visible_.address();
   for (std::size_t i = 0; i < need_.region.size(); ++i) {
     const RegionChannel& drawn = need_.region[i];
-    push.channels[i] = {.ranges = macrocells_[i]->ranges.address(),
-                        .intervals = next,
-                        .interval_count = static_cast<gpu::uint>(drawn.densities.size()),
-                        .range_mask = drawn.range_mask};
+    push_.channels[i] = {.ranges = macrocells_[i]->ranges.address(),
+                         .intervals = next,
+                         .interval_count = static_cast<gpu::uint>(drawn.densities.size()),
+                         .range_mask = drawn.range_mask};
     next += drawn.densities.size() * sizeof(glm::vec2);
   }
-  push.states = scratch_.classified.address();
-  push.macrocell_count = static_cast<gpu::uint>(macrocells);
-  push.channel_count = static_cast<gpu::uint>(need_.region.size());
-  const gpu::SurroundPush surround{.states = scratch_.classified.address(),
-                                   .surrounded = made_->states.address(),
-                                   .active_count = scratch_.counter.address(),
-                                   .macrocell_dims = made_->macrocell_dims};
+  push_.states = scratch_.classified.address();
+  push_.channel_count = static_cast<gpu::uint>(need_.region.size());
+  push_.macrocell_dims = dims_;
   scratch_.counter.mappedAs<std::uint32_t>()[0] = 0;
-  device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-    regions_.kernels_.dispatch(commands, RegionKernel::classify, push, made_->macrocell_dims);
-    makeVisible(commands);
-    regions_.kernels_.dispatch(commands, RegionKernel::surround, surround, made_->macrocell_dims);
-    makeVisible(commands);
-  });
+}
+
+void ActiveRegions::RegionMaking::classify() {
+  if (visible_.bytes() == 0) prepareClassification();
+  regions_.kernels_.run(RegionKernel::classify, push_, slabs_.next());
+  if (!slabs_.isDone()) return;
+  slabs_ = slabsOf(dims_);
+  stage_ = Stage::surround;
+}
+
+void ActiveRegions::RegionMaking::surround() {
+  const gpu::SurroundPush push{.states = scratch_.classified.address(),
+                               .surrounded = made_->states.address(),
+                               .active_count = scratch_.counter.address(),
+                               .macrocell_dims = dims_};
+  regions_.kernels_.run(RegionKernel::surround, push, slabs_.next());
+  if (!slabs_.isDone()) return;
   made_->build.active_macrocells = scratch_.counter.mappedAs<std::uint32_t>()[0];
+  stage_ = Stage::shapes;
 }
 
 // True once they are built.
 bool ActiveRegions::RegionMaking::mergeBoxes() {
   if (!merging_) {
-    const auto states = scratch_.classified.mappedAs<std::uint8_t>().first(macrocellCount(made_->macrocell_dims));
-    merging_.emplace([states = std::vector<std::uint8_t>(states.begin(), states.end()), dims = made_->macrocell_dims] {
+    const auto states = scratch_.classified.mappedAs<std::uint8_t>().first(macrocellCount(dims_));
+    merging_.emplace([states = std::vector<std::uint8_t>(states.begin(), states.end()), dims = dims_] {
       Merged merged;
       merged.ms = timed([&] { merged.boxes = mergeMacrocells(states, dims); });
       return merged;
@@ -226,46 +262,45 @@ bool ActiveRegions::RegionMaking::mergeBoxes() {
   return true;
 }
 
-// Returns how many there are, of which those that there was room for are written.
-std::uint32_t ActiveRegions::RegionMaking::writeFaces() {
+// Of all that there are those are written that there is room for.
+void ActiveRegions::RegionMaking::beginFaces(std::uint64_t bytes) {
+  reserve(device_, scratch_.vertices, bytes, BufferUse::geometry);
+  scratch_.counter.mappedAs<std::uint32_t>()[0] = 0;
+  axis_ = 0;
+  slabs_ = slabsOf(dims_ + glm::ivec3(1, 0, 0));
+}
+
+void ActiveRegions::RegionMaking::writeFaces() {
   const auto side = static_cast<float>(need_.macrocell_voxels);
-  const glm::ivec3 dims = made_->macrocell_dims;
   const gpu::BoundaryPush push{.states = scratch_.classified.address(),
                                .vertices = scratch_.vertices.address(),
                                .face_count = scratch_.counter.address(),
                                .capacity = static_cast<gpu::uint>(scratch_.vertices.bytes() / kFaceBytes),
-                               .macrocell_dims = dims,
+                               .macrocell_dims = dims_,
                                .macrocell_voxels = side,
                                .slack = kSlackShare * side};
-  scratch_.counter.mappedAs<std::uint32_t>()[0] = 0;
-  RegionKernels& kernels = regions_.kernels_;
-  device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-    kernels.dispatch(commands, RegionKernel::faces_x, push, dims + glm::ivec3(1, 0, 0));
-    kernels.dispatch(commands, RegionKernel::faces_y, push, dims + glm::ivec3(0, 1, 0));
-    kernels.dispatch(commands, RegionKernel::faces_z, push, dims + glm::ivec3(0, 0, 1));
-    makeVisible(commands);
-  });
-  return scratch_.counter.mappedAs<std::uint32_t>()[0];
+  constexpr std::array kKernels{RegionKernel::faces_x, RegionKernel::faces_y, RegionKernel::faces_z};
+  regions_.kernels_.run(kKernels.at(static_cast<std::size_t>(axis_)), push, slabs_.next());
+  if (!slabs_.isDone() || ++axis_ == 3) return;
+  slabs_ = slabsOf(dims_ + glm::ivec3(0, axis_ == 1, axis_ == 2));
 }
 
 // True once they are built.
 bool ActiveRegions::RegionMaking::extractBoundary() {
   FinderBuild& build = made_->build;
-  if (!faces_) {
-    build.tris_ms = timed([&] {
-      const std::uint64_t most = 6 * occupied_;
-      reserve(device_, scratch_.vertices, std::min(most * kFaceBytes, kPreallocatedBytes), BufferUse::geometry);
-      faces_ = writeFaces();
-      if (*faces_ * kFaceBytes > scratch_.vertices.bytes()) {
-        scratch_.vertices = Buffer(device_, *faces_ * kFaceBytes, BufferUse::geometry);
-        faces_ = writeFaces();
-      }
-    });
+  if (axis_ < 0) beginFaces(std::min(6 * occupied_ * kFaceBytes, kPreallocatedBytes));
+  if (axis_ < 3) {
+    build.tris_ms += timed([&] { writeFaces(); });
     return false;
   }
-  build.primitives = std::uint64_t{2} * *faces_;
+  const std::uint64_t faces = scratch_.counter.mappedAs<std::uint32_t>()[0];
+  if (faces * kFaceBytes > scratch_.vertices.bytes()) {
+    beginFaces(faces * kFaceBytes);
+    return false;
+  }
+  build.primitives = 2 * faces;
   build.bvh_ms = timed([&] {
-    made_->bottom = buildTriangles(device_, scratch_.vertices, 2 * *faces_);
+    made_->bottom = buildTriangles(device_, scratch_.vertices, static_cast<std::uint32_t>(2 * faces));
     made_->top = buildOneInstance(device_, made_->bottom);
   });
   build.bytes = commonBytes() + scratch_.vertices.bytes();

@@ -14,7 +14,9 @@ glm::ivec3 macrocellDims(glm::ivec3 level_dims, int macrocell_voxels);
 // Makes macrocells and regions resident. All but the merging of macrocells into boxes is done by kernels.
 class ActiveRegions {
  public:
-  explicit ActiveRegions(Device& device) : device_(device), kernels_(device) {}
+  // Of macrocells so many are looked at in one piece.
+  ActiveRegions(Device& device, std::uint64_t piece_macrocells)
+      : device_(device), kernels_(device), piece_macrocells_(piece_macrocells) {}
 
   // Part::macrocells, of the channel's blocks and masks and the level's grid. It outlives what it makes.
   std::unique_ptr<Making> makeMacrocells(const StoredVolume& volume, const Need& need,
@@ -30,6 +32,7 @@ class ActiveRegions {
   void dropSpare() { spare_ = {}; }
 
  private:
+  class MacrocellMaking;
   class RegionMaking;
   // What a region is made with. The last one's is kept for the next.
   struct Scratch {
@@ -40,6 +43,7 @@ class ActiveRegions {
 
   Device& device_;
   RegionKernels kernels_;
+  std::uint64_t piece_macrocells_;
   Scratch spare_;
 };
 

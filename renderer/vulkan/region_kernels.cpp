@@ -27,6 +27,13 @@ std::span<const std::uint32_t> wordsOf(RegionKernel kernel) {
 
 }  // namespace
 
+void RegionKernels::makeVisible(const vk::raii::CommandBuffer& commands) {
+  const vk::MemoryBarrier all{.srcAccessMask = vk::AccessFlagBits::eShaderWrite,
+                              .dstAccessMask = vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite};
+  commands.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader,
+                           vk::PipelineStageFlagBits::eAllCommands | vk::PipelineStageFlagBits::eHost, {}, all, {}, {});
+}
+
 void RegionKernels::bind(const vk::raii::CommandBuffer& commands, RegionKernel kernel) {
   if (!*layout_) layout_ = makePushLayout(device_, kPushBytes);
   auto found = pipelines_.find(kernel);

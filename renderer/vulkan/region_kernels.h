@@ -2,6 +2,7 @@
 // The kernels that build active regions (docs/finders.md), made when first asked for.
 #pragma once
 
+#include <algorithm>
 #include <map>
 
 #include "renderer/vulkan/device.h"
@@ -11,24 +12,53 @@ namespace blockwalk {
 
 enum class RegionKernel : std::uint8_t { macrocells, classify, surround, faces_x, faces_y, faces_z };
 
+// The workgroups of a lattice, an invocation a cell, cut along z into slabs of at most so many cells, or of one layer
+// of workgroups.
+class Slabs {
+ public:
+  struct Slab {
+    std::uint32_t x, y, z_first, z_count;  // workgroups
+  };
+  Slabs(glm::ivec3 cells, std::uint64_t most_cells)
+      : groups_((cells + (gpu::kRegionGroupSide - 1)) / gpu::kRegionGroupSide) {
+    constexpr std::uint64_t kSide = gpu::kRegionGroupSide;
+    const std::uint64_t layer = std::uint64_t{groups_.x} * groups_.y * kSide * kSide * kSide;
+    layers_ = static_cast<std::uint32_t>(std::clamp<std::uint64_t>(most_cells / layer, 1, groups_.z));
+  }
+  bool isDone() const { return next_ >= groups_.z; }
+  Slab next() {
+    const std::uint32_t first = next_;
+    next_ += layers_;
+    return {.x = groups_.x, .y = groups_.y, .z_first = first, .z_count = std::min(layers_, groups_.z - first)};
+  }
+
+ private:
+  glm::uvec3 groups_;
+  std::uint32_t layers_ = 1;
+  std::uint32_t next_ = 0;
+};
+
 class RegionKernels {
  public:
   explicit RegionKernels(const Device& device) : device_(device) {}
 
-  // Records a dispatch of at least one invocation a cell of a lattice, with the kernel's push constants.
+  // Runs a slab, with the kernel's push constants, and waits. What was written is there for kernels, builds and the
+  // host.
   template <typename Push>
-  void dispatch(const vk::raii::CommandBuffer& commands, RegionKernel kernel, const Push& push, glm::ivec3 cells) {
+  void run(RegionKernel kernel, const Push& push, const Slabs::Slab& slab) {
     static_assert(sizeof(Push) <= kPushBytes);
-    bind(commands, kernel);
-    commands.pushConstants<Push>(*layout_, vk::ShaderStageFlagBits::eCompute, 0, push);
-    const glm::ivec3 groups = (cells + (gpu::kRegionGroupSide - 1)) / gpu::kRegionGroupSide;
-    commands.dispatch(static_cast<std::uint32_t>(groups.x), static_cast<std::uint32_t>(groups.y),
-                      static_cast<std::uint32_t>(groups.z));
+    device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
+      bind(commands, kernel);
+      commands.pushConstants<Push>(*layout_, vk::ShaderStageFlagBits::eCompute, 0, push);
+      commands.dispatchBase(0, 0, slab.z_first, slab.x, slab.y, slab.z_count);
+      makeVisible(commands);
+    });
   }
 
  private:
   static constexpr std::uint32_t kPushBytes = 128;  // what every device has
 
+  static void makeVisible(const vk::raii::CommandBuffer& commands);
   void bind(const vk::raii::CommandBuffer& commands, RegionKernel kernel);
 
   const Device& device_;

@@ -26,8 +26,9 @@ vk::raii::Pipeline makeSideKernel(const Device& device, std::span<const std::uin
                                                   .module = *module,
                                                   .pName = "main",
                                                   .pSpecializationInfo = &specialisation};
-    return device.handle().createComputePipeline(nullptr,
-                                                 vk::ComputePipelineCreateInfo{.stage = stage, .layout = *layout});
+    return device.handle().createComputePipeline(
+        nullptr, vk::ComputePipelineCreateInfo{
+                     .flags = vk::PipelineCreateFlagBits::eDispatchBase, .stage = stage, .layout = *layout});
   });
 }
 

@@ -27,8 +27,7 @@ class PiecesTest : public RendererTest {
   }
 
   // With bands of few rows.
-  std::unique_ptr<Renderer> start() {
-    DeviceOptions options;
+  std::unique_ptr<Renderer> start(DeviceOptions options = {}) {
     options.validation = true;
     options.band_ms = 0.3;
     options.on_message = [this](const std::string& text) { messages_.push_back(text); };
@@ -109,6 +108,43 @@ TEST_F(PiecesTest, FramesThatTakeTurnsAreWhatTheyAreAlone) {
 }
 
 // However many pieces there are: stopped after each of them in turn, on a renderer that goes on where the last one was.
+// Macrocells are looked at a layer of workgroups at a time: many pieces, and the same boxes, faces and pictures.
+TEST_F(PiecesTest, RegionsMadeOfManySlabsAreTheSame) {
+  if (!renderer_->device().ray_query) GTEST_SKIP() << "this device has no ray queries";
+  struct Made {
+    Frame frame;
+    int pieces = 0;
+  };
+  const auto make = [&](Finder finder) {
+    View view;
+    view.width = view.height = 60;
+    view.level = 0;
+    view.finder = finder;
+    view.channels[0].range = DensityRange{60, 200};
+    const auto frame = renderer_->begin(*volumes_[0], {.view = resolveView(view, volumes_[0]->info())});
+    Made made;
+    for (made.pieces = 1; frame->advance(); ++made.pieces) {
+    }
+    made.frame = frame->finish();
+    return made;
+  };
+  for (const Finder finder : {Finder::clusters, Finder::boundary}) {
+    renderer_ = start();
+    const Made whole = make(finder);
+    DeviceOptions in_layers;
+    in_layers.piece_macrocells = 1;
+    renderer_ = start(in_layers);
+    const Made cut = make(finder);
+    const FinderBuild& expected = whole.frame.stats.finder_build;
+    EXPECT_EQ(cut.frame.pixels, whole.frame.pixels);
+    EXPECT_GT(expected.active_macrocells, 0u);
+    EXPECT_EQ(cut.frame.stats.finder_build.active_macrocells, expected.active_macrocells);
+    EXPECT_EQ(cut.frame.stats.finder_build.primitives, expected.primitives);
+    // 12 macrocells along z are 3 layers: 2 more pieces a kernel, of which the boundary has 6, the clusters 3.
+    EXPECT_GE(cut.pieces - whole.pieces, finder == Finder::boundary ? 12 : 6);
+  }
+}
+
 TEST_F(PiecesTest, ACancelledFrameEndsWithThePieceAtHand) {
   View view;
   view.width = 120;
