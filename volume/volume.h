@@ -41,7 +41,7 @@ struct LevelInfo {
   glm::ivec3 dims{0};  // voxels: ceil(level 0 dims / 2^n)
   std::uint64_t block_count = 0;
   std::uint64_t subblock_count = 0;
-  std::uint64_t voxel_bytes = 0;  // of one channel: subblock_count * subblock_side^3 * voxelBytes
+  std::uint64_t voxel_bytes = 0;  // of one channel, unpacked: subblock_count * subblock_side^3 * voxelBytes
   // With those that have no voxels and whose apron, the one-voxel ring around them, has non-empty ones.
   std::uint64_t apron_block_count = 0;
   std::uint64_t apron_subblock_count = 0;
@@ -49,6 +49,10 @@ struct LevelInfo {
 
 // What the values of a channel are: amounts, which have a mean, or names, which have not.
 enum class ChannelValues : std::uint8_t { intensity = 0, labels = 1 };
+
+// How the voxels of a block are packed in the file; one that would not get shorter is raw whatever was asked for.
+enum class Codec : std::uint8_t { raw = 0, lz4 = 1, zstd = 2 };
+constexpr std::size_t kCodecs = 3;
 
 using Color = std::array<std::uint8_t, 3>;
 
@@ -109,6 +113,7 @@ struct VolumeInfo {
   std::vector<LevelInfo> levels;                                    // [0] is the finest
   std::vector<LevelInfo> maxima;                                    // [0] is level kFirstMaximaLevel; or none
   std::vector<ChannelInfo> channels = std::vector<ChannelInfo>(1);  // 1..kMaxChannels
+  std::array<std::uint64_t, kCodecs> pages{};  // by Codec: of all levels, forms and channels, a block each
 
   // The level must have that form.
   const LevelInfo& level(int number, Form form) const {

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "volume/error.h"
+#include "volume/file/codec.h"
 #include "volume/file/header.h"
 #include "volume/file/records.h"
 
@@ -76,6 +77,7 @@ VolumeFile::Opened::Opened(const std::filesystem::path& file_path) : path(file_p
       for (int channel = 0; channel < static_cast<int>(header.info.channels.size()); ++channel) {
         const RecordPlace at = place(entry.level, channel, entry.form);
         pages.push_back(decodePages(at, header.info, readSection(at.sections.pages, "pages", at)));
+        for (const Page& page : pages.back()) ++header.info.pages[static_cast<std::size_t>(page.codec)];
       }
     }
   } catch (...) {
@@ -184,8 +186,9 @@ void VolumeFile::readVoxels(int level, int channel, std::uint64_t first, std::ui
   const std::uint64_t begin = first * subblock_bytes;
   const std::uint64_t end = begin + out.size();
   // `out` may be device memory, which is slow to read: what is checked is a copy of a run of pages that stays in the
-  // cache.
+  // cache. What is packed is unpacked there, whole, and what is asked for of it copied.
   std::vector<std::byte> run;
+  std::vector<std::byte> unpacked;
   auto page = std::ranges::upper_bound(pages, first, {}, &Page::first_subblock) - 1;
   while (page != pages.end() && page->first_subblock < first + count) {
     auto run_end = page;
@@ -203,10 +206,19 @@ void VolumeFile::readVoxels(int level, int channel, std::uint64_t first, std::ui
         failData("{}: {} voxels at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", opened_->name,
                  place.name, page->offset, page->bytes, found, page->checksum);
       }
+      std::span<const std::byte> voxels = bytes;
+      if (page->codec != Codec::raw) {
+        unpacked.resize(page->subblocks * subblock_bytes);  // each byte of it is written, or the page refused
+        if (!unpackPage(page->codec, bytes, unpacked)) {
+          failData("{}: {} voxels at offset {}, {} bytes: do not unpack as {} to {} bytes", opened_->name, place.name,
+                   page->offset, page->bytes, codecName(page->codec), unpacked.size());
+        }
+        voxels = unpacked;
+      }
       const std::uint64_t page_begin = page->first_subblock * subblock_bytes;
       const std::uint64_t from = std::max(begin, page_begin);
-      const std::uint64_t to = std::min(end, page_begin + page->bytes);
-      std::memcpy(out.data() + (from - begin), bytes.data() + (from - page_begin), to - from);
+      const std::uint64_t to = std::min(end, page_begin + voxels.size());
+      std::memcpy(out.data() + (from - begin), voxels.data() + (from - page_begin), to - from);
     }
   }
 }

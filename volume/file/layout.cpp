@@ -38,12 +38,6 @@ std::size_t occupancyBytes(int block_side) {
   return (static_cast<std::size_t>(block_side * block_side * block_side) + 7) / 8;
 }
 
-Section placeSection(std::uint64_t& end, std::uint64_t bytes) {
-  const std::uint64_t offset = (end + kSectionAlignment - 1) / kSectionAlignment * kSectionAlignment;
-  end = offset + bytes;
-  return {.offset = offset, .bytes = bytes, .checksum = 0};
-}
-
 void appendSet(std::vector<std::byte>& out, int block_side, const SubblockSet& set) {
   if (static_cast<std::size_t>(countOf(set)) < occupancyBytes(block_side)) {
     for (int local = 0; local < block_side * block_side * block_side; ++local) {
@@ -149,6 +143,12 @@ SubblockSet insideMask(const VolumeInfo& info, glm::ivec3 level_dims, glm::ivec3
     }
   }
   return mask;
+}
+
+Section placeSection(std::uint64_t& end, std::uint64_t bytes) {
+  const std::uint64_t offset = (end + kSectionAlignment - 1) / kSectionAlignment * kSectionAlignment;
+  end = offset + bytes;
+  return {.offset = offset, .bytes = bytes, .checksum = 0};
 }
 
 std::vector<std::size_t> fileOrder(const VolumeInfo& info) {

@@ -15,8 +15,8 @@
 //       pages                      PageEntry x block_count: of each stored block, in their order
 //   voxels: for each level, coarsest first, values before maxima, for each channel, a section at the next multiple of
 //   64:
-//     pages                        of each stored block: subblock_count x side^3 x voxelBytes, x fastest; beyond the
-//                                  level's dims: zeros
+//     pages                        of each stored block, packed as its PageEntry says: subblock_count x side^3 x
+//                                  voxelBytes, x fastest; beyond the level's dims: zeros
 //   end of file: nothing follows the voxels of the last channel of level 0
 //
 //   block record     u16 origin[3] in blocks | u8 stored | u8 beyond | set of `stored` | set of `beyond` local
@@ -127,12 +127,10 @@ struct ChannelSections {
 };
 static_assert(sizeof(ChannelSections) == 96);
 
-enum class Codec : std::uint8_t { raw = 0 };
-
 // What is read at once: the voxels of one stored block in one channel. Pages follow each other without gaps.
 struct PageEntry {
-  std::uint64_t checksum = 0;  // XXH3-64 of the bytes in the file
-  std::uint32_t bytes = 0;     // in the file
+  std::uint64_t checksum = 0;  // XXH3-64 of the bytes in the file, as they are packed
+  std::uint32_t bytes = 0;     // in the file; packed: fewer than unpacked
   std::uint8_t codec = 0;      // Codec
   std::uint8_t subblocks = 0;  // the block's stored ones
   std::uint16_t reserved = 0;
@@ -205,6 +203,9 @@ inline EntryPlace entryPlace(std::size_t index, std::size_t levels) {
 }
 // The order of entries in the file.
 std::vector<std::size_t> fileOrder(const VolumeInfo& info);
+
+// The next section behind `end`, which it moves behind that.
+Section placeSection(std::uint64_t& end, std::uint64_t bytes);
 
 // Sizes that do not follow from the counts. Of each entry; of each entry and channel as in FileLayout.
 struct FileSizes {

@@ -231,16 +231,23 @@ std::vector<Page> decodePages(const RecordPlace& place, const VolumeInfo& info, 
     PageEntry entry;
     std::memcpy(&entry, pages.data() + at, sizeof entry);
     check.at(place.sections.pages.offset + at);
-    check(entry.codec == static_cast<std::uint8_t>(Codec::raw), "page codec", entry.codec, "0 (raw)");
+    check(entry.codec < kCodecs, "page codec", entry.codec, "0 (raw), 1 (lz4) or 2 (zstd)");
     check(entry.reserved == 0, "page reserved", entry.reserved, "0");
     check(entry.subblocks >= 1 && entry.subblocks <= per_block, "page subblocks", entry.subblocks,
           [&] { return fmt::format("1..{}", per_block); });
-    check(entry.bytes == entry.subblocks * subblock_bytes, "page bytes", entry.bytes,
-          [&] { return fmt::format("{}, of {} subblocks", entry.subblocks * subblock_bytes, entry.subblocks); });
+    const auto codec = static_cast<Codec>(entry.codec);
+    const std::uint64_t unpacked = entry.subblocks * subblock_bytes;
+    check(codec == Codec::raw ? entry.bytes == unpacked : entry.bytes > 0 && entry.bytes < unpacked, "page bytes",
+          entry.bytes, [&] {
+            return codec == Codec::raw ? fmt::format("{}, of {} subblocks", unpacked, entry.subblocks)
+                                       : fmt::format("1..{}, packed from {}", unpacked - 1, unpacked);
+          });
     result.push_back({.checksum = entry.checksum,
                       .offset = place.sections.voxels.offset + bytes,
                       .first_subblock = subblocks,
-                      .bytes = entry.bytes});
+                      .bytes = entry.bytes,
+                      .codec = codec,
+                      .subblocks = entry.subblocks});
     bytes += entry.bytes;
     subblocks += entry.subblocks;
   }

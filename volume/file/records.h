@@ -34,7 +34,9 @@ struct Page {
   std::uint64_t checksum = 0;
   std::uint64_t offset = 0;          // in the file
   std::uint64_t first_subblock = 0;  // of the level
-  std::uint32_t bytes = 0;
+  std::uint32_t bytes = 0;           // in the file
+  Codec codec = Codec::raw;
+  std::uint8_t subblocks = 0;
 };
 // The pages of one channel of a level. Throws DataError as above.
 std::vector<Page> decodePages(const RecordPlace& place, const VolumeInfo& info, std::span<const std::byte> pages);

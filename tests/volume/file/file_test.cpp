@@ -233,7 +233,7 @@ TEST(File, BrokenRecordsNameTheirOffset) {
   breaks(sections.apron_ranges.offset, "\xff\x01", "apron density max is 1");
   const std::uint64_t page = sections.pages.offset;
   breaks(page + 8, raw(1u), "page bytes is 1");
-  breaks(page + 12, "\x01", "page codec is 1, must be 0 (raw)");
+  breaks(page + 12, "\x03", "page codec is 3, must be 0 (raw), 1 (lz4) or 2 (zstd)");
   breaks(page + 13, std::string(1, '\0'), "page subblocks is 0, must be 1..8");
   breaks(page + 14, "\x01", "page reserved is 1");
   // Two pages whose blocks have each other's number of subblocks.
