@@ -86,5 +86,14 @@ std::vector<std::string> fuzzSeeds() {
                  .values = channels == 4 ? ValuesRule::labels : ValuesRule::intensity});
     seeds.push_back(volume_test::readBytes(folder / "seed.bwv"));
   }
+  // Packed pages, of one value and of many.
+  for (const Codec codec : {Codec::lz4, Codec::zstd}) {
+    volume_test::MemorySource source = volume_test::randomSource(VoxelType::u16, {19, 11, 14}, 3, false, 2);
+    buildVolume(source, folder / "seed.bwv", {.subblock_side = 4, .block_side = 2, .codec = codec});
+    seeds.push_back(volume_test::readBytes(folder / "seed.bwv"));
+    std::fill(source.voxels.begin(), source.voxels.end(), std::byte{9});
+    buildVolume(source, folder / "seed.bwv", {.subblock_side = 8, .block_side = 2, .codec = codec});
+    seeds.push_back(volume_test::readBytes(folder / "seed.bwv"));
+  }
   return seeds;
 }

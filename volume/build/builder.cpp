@@ -11,6 +11,7 @@
 #include "volume/build/budget.h"
 #include "volume/build/levels.h"
 #include "volume/build/scan.h"
+#include "volume/build/workers.h"
 #include "volume/build/write.h"
 #include "volume/error.h"
 #include "volume/plain_text.h"
@@ -69,7 +70,7 @@ void checkSource(const SourceInfo& source) {
 }
 
 // Blocks, subblocks and strips that are in memory whatever the budget's parts are.
-std::uint64_t fixedBytes(const VolumeInfo& info) {
+std::uint64_t fixedBytes(const VolumeInfo& info, std::uint64_t memory_bytes) {
   const std::uint64_t side = static_cast<std::uint64_t>(info.subblock_side);
   const std::uint64_t strip = static_cast<std::uint64_t>(info.dims.x) *
                               std::min(side, static_cast<std::uint64_t>(info.dims.y)) *
@@ -78,7 +79,10 @@ std::uint64_t fixedBytes(const VolumeInfo& info) {
   const auto block_voxels = static_cast<std::uint64_t>(info.blockVoxels());
   const std::uint64_t block = block_voxels * block_voxels * block_voxels * voxelBytes(info.type);
   const auto levels = static_cast<std::uint64_t>(levelCount(info.dims, info.blockVoxels()));
-  return channels * (strip + (2 * levels + 1) * block) + (std::uint64_t{4} << 20);
+  // Of each worker the pages that it packs, packed ones, and some that wait to be written.
+  const std::uint64_t pages = std::max(block, std::uint64_t{1} << 20);
+  const auto workers = static_cast<std::uint64_t>(workerCount(memory_bytes));
+  return channels * (strip + (2 * levels + 1) * block) + (workers + 1) * 3 * pages + (std::uint64_t{4} << 20);
 }
 
 void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
@@ -102,7 +106,7 @@ void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
     failData("memory is {} bytes, must be at least {}", options.memory_bytes, kLeastMemoryBytes);
   }
   // The streams, the slab and the sort take up to about three fifths.
-  const std::uint64_t least = fixedBytes(info) / 2 * 5;
+  const std::uint64_t least = fixedBytes(info, options.memory_bytes) / 2 * 5;
   if (options.memory_bytes < least) {
     failData("{}: memory is {} bytes, must be at least {} for a volume this wide with these sides",
              info.metadata.source_name, options.memory_bytes, least);

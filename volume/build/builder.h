@@ -29,6 +29,7 @@ struct BuildOptions {
   // automatic: uniform (density domain / 8, Derin et al. 2021, 2.3) for rgba8 and u8, quantiles for u16, f32 and
   // labels.
   MaskBins mask_bins = MaskBins::automatic;
+  Codec codec = Codec::raw;
   // Step name ("read", "build levels", "write"), work done and work in all (rows, then subblocks); called often, from
   // the calling thread.
   std::function<void(std::string_view step, std::uint64_t done, std::uint64_t total)> progress = nullptr;
@@ -39,7 +40,7 @@ struct BuildOptions {
 struct BuildReport {
   VolumeInfo info;
   std::uint64_t file_bytes = 0;
-  std::uint64_t level0_voxel_bytes = 0;   // of all channels
+  std::uint64_t level0_voxel_bytes = 0;   // of all channels, as the file holds them
   std::uint64_t coarser_level_bytes = 0;  // sections of levels 1.. : records and voxels
   std::uint64_t overhead_bytes = 0;       // header, level 0's records, checksums, padding
 };

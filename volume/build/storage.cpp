@@ -128,7 +128,7 @@ void TempBytes::clear() {
   flushed_ = 0;
 }
 
-OutputFile::OutputFile(std::filesystem::path path, std::uint64_t bytes) : path_(std::move(path)) {
+OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
   removeLeftovers(path_);
   std::random_device random;
   // Not mkstemp: its mode 0600 would stay with the finished file.
@@ -139,18 +139,15 @@ OutputFile::OutputFile(std::filesystem::path path, std::uint64_t bytes) : path_(
   }
   if (descriptor_ < 0) failSystem(partial_, "cannot be created");
   ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where a file system has no locks, leftovers stay
-  if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) {
-    const int error = errno;
-    ::close(descriptor_);
-    ::unlink(partial_.c_str());
-    errno = error;
-    failSystem(partial_, "cannot be made long enough");
-  }
 }
 
 OutputFile::~OutputFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
   if (!partial_.empty()) ::unlink(partial_.c_str());
+}
+
+void OutputFile::setLength(std::uint64_t bytes) {
+  if (::ftruncate(descriptor_, static_cast<off_t>(bytes)) != 0) failSystem(partial_, "cannot be made long enough");
 }
 
 void OutputFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {

@@ -42,11 +42,13 @@ class TempBytes {
 // write `path` removes it. Whose partial file is still being written is told by a lock on it.
 class OutputFile {
  public:
-  OutputFile(std::filesystem::path path, std::uint64_t bytes);
+  explicit OutputFile(std::filesystem::path path);
   ~OutputFile();
   OutputFile(const OutputFile&) = delete;
   OutputFile& operator=(const OutputFile&) = delete;
 
+  // What is not written is zeros.
+  void setLength(std::uint64_t bytes);
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
   // Where it is until commit().
   const std::filesystem::path& partialPath() const { return partial_; }

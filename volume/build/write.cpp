@@ -8,7 +8,9 @@
 #include <new>
 #include <utility>
 
+#include "volume/build/workers.h"
 #include "volume/error.h"
+#include "volume/file/codec.h"
 #include "volume/file/header.h"
 #include "volume/file/metadata.h"
 
@@ -31,6 +33,7 @@ class RunningChecksum {
 
 constexpr std::uint64_t kPartBytes = std::uint64_t{1} << 20;  // copied at once; a page may be longer
 
+// With the voxels as long as they are unpacked.
 FileSizes sizesOf(const VolumeInfo& info, const BuiltLevels& built, const std::string& metadata) {
   FileSizes sizes{.blocks = {}, .voxels = {}, .metadata = metadata.size()};
   for (const auto* levels : {&built.levels, &built.maxima}) {
@@ -42,21 +45,57 @@ FileSizes sizesOf(const VolumeInfo& info, const BuiltLevels& built, const std::s
   return sizes;
 }
 
+// Pages as the file holds them, one after the other.
+struct PackedPages {
+  std::vector<std::byte> bytes;
+  std::vector<PageEntry> entries;
+};
+
+// Packs pages of `counts` subblocks each.
+PackedPages packPages(std::vector<std::byte> voxels, std::span<const std::uint8_t> counts, std::size_t subblock_bytes,
+                      Codec codec) {
+  PackedPages packed;
+  PagePacker packer(codec);
+  std::size_t done = 0;
+  for (const std::uint8_t count : counts) {
+    const std::span<const std::byte> page = std::span(voxels).subspan(done, count * subblock_bytes);
+    done += page.size();
+    PageEntry entry{.bytes = static_cast<std::uint32_t>(page.size()), .subblocks = count};
+    if (codec == Codec::raw) {
+      entry.checksum = checksumOf(page);
+    } else {
+      const std::size_t begin = packed.bytes.size();
+      entry.codec = static_cast<std::uint8_t>(packer.append(page, packed.bytes));
+      const std::span<const std::byte> stored = std::span(packed.bytes).subspan(begin);
+      entry.bytes = static_cast<std::uint32_t>(stored.size());
+      entry.checksum = checksumOf(stored);
+    }
+    packed.entries.push_back(entry);
+  }
+  if (codec == Codec::raw) packed.bytes = std::move(voxels);
+  return packed;
+}
+
+// Writes every record to its place, which their sizes give, and the voxels behind them as they come.
 class VolumeWriter {
  public:
-  VolumeWriter(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
-               const TempBytes& spill, const BuildOptions& options)
-      : info_(info),
+  VolumeWriter(const std::filesystem::path& path, VolumeInfo info, const BuiltLevels& built, const TempBytes& spill,
+               const BuildOptions& options)
+      : info_(std::move(info)),
         built_(built),
         spill_(spill),
         options_(options),
         path_(path),
-        metadata_(encodeMetadata(info, path.string())),
-        layout_(layOutFile(info, sizesOf(info, built, metadata_))),
-        file_(path, layout_.file_bytes),
+        metadata_(encodeMetadata(info_, path.string())),
+        layout_(layOutFile(info_, sizesOf(info_, built, metadata_))),
+        file_(path),
         part_(kPartBytes),
-        channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)) {
-    for (const LevelEntry& entry : layout_.entries) subblocks_ += entry.subblock_count * info.channels.size();
+        channel_bytes_(static_cast<std::size_t>(info_.subblockVoxels()) * voxelBytes(info_.type)),
+        workers_(workerCount(options.memory_bytes)) {
+    for (const LevelEntry& entry : layout_.entries) subblocks_ += entry.subblock_count * info_.channels.size();
+    voxels_end_ = layout_.of(fileOrder(info_).front(), 0).voxels.offset;
+    // A disk that cannot hold a file this long says so now.
+    if (options.codec == Codec::raw) file_.setLength(layout_.file_bytes);
   }
 
   void writeEntry(std::size_t index) {
@@ -75,9 +114,8 @@ class VolumeWriter {
       const SlotPart part{.slot_bytes = channel_bytes_ * info_.channels.size(),
                           .offset = channel * channel_bytes_,
                           .bytes = channel_bytes_};
-      std::vector<std::uint64_t> slots;
-      writePages(level, sections, [&](std::uint64_t at, std::span<std::byte> out) {
-        slots.resize(out.size() / channel_bytes_);
+      writePages(level, sections, [&, part](std::uint64_t at, std::span<std::byte> out) {
+        std::vector<std::uint64_t> slots(out.size() / channel_bytes_);
         level.slots.read(at / channel_bytes_ * sizeof(std::uint64_t), std::as_writable_bytes(std::span(slots)));
         loadSlots(spill_, built_.constants, slots, part, out);
       });
@@ -85,6 +123,8 @@ class VolumeWriter {
   }
 
   BuildReport finish() {
+    layout_.file_bytes = voxels_end_;
+    file_.setLength(layout_.file_bytes);
     const std::vector<std::byte> header = encodeHeader(info_, layout_, metadata_);
     decodeHeader(header, layout_.file_bytes, path_.string());  // what a reader would refuse gets no name
     file_.write(0, header);
@@ -108,41 +148,50 @@ class VolumeWriter {
   }
 
  private:
-  // `read(at, out)` fills `out` with the section's bytes from `at` on, whole subblocks.
+  // `read(at, out)` fills `out` with the unpacked bytes of the section from `at` on, whole subblocks; from several
+  // threads at a time.
   template <typename Read>
   void writePages(const BuiltLevel& level, ChannelSections& sections, Read read) {
     std::vector<std::uint8_t> counts(static_cast<std::size_t>(level.counts.size()));
     level.counts.read(0, std::as_writable_bytes(std::span(counts)));
+    sections.voxels = placeSection(voxels_end_, 0);
     std::vector<PageEntry> pages;
+    JobsInOrder<PackedPages> jobs(workers_);
     std::uint64_t at = 0;
-    for (std::size_t begin = 0; begin < counts.size();) {
+    for (std::size_t begin = 0; begin < counts.size() || !jobs.empty();) {
+      if (begin == counts.size() || jobs.full()) {
+        append(sections.voxels, jobs.take(), pages);
+        continue;
+      }
       std::size_t end = begin;
       std::size_t bytes = 0;
       do {
         bytes += counts[end++] * channel_bytes_;
       } while (end < counts.size() && bytes + counts[end] * channel_bytes_ <= kPartBytes);
-      if (part_.size() < bytes) part_.resize(bytes);
-      const std::span<std::byte> run = std::span(part_).first(bytes);
-      read(at, run);
-      std::size_t done = 0;
-      for (; begin < end; ++begin) {
-        const std::size_t page = counts[begin] * channel_bytes_;
-        pages.push_back({.checksum = checksumOf(run.subspan(done, page)),
-                         .bytes = static_cast<std::uint32_t>(page),
-                         .codec = static_cast<std::uint8_t>(Codec::raw),
-                         .subblocks = counts[begin]});
-        done += page;
-      }
-      file_.write(sections.voxels.offset + at, run);
+      jobs.start([this, &read, at, bytes, run = std::span(counts).subspan(begin, end - begin)] {
+        std::vector<std::byte> voxels(bytes);
+        read(at, voxels);
+        return packPages(std::move(voxels), run, channel_bytes_, options_.codec);
+      });
       at += bytes;
-      written_ += bytes / channel_bytes_;
-      if (options_.progress) options_.progress("write", written_, subblocks_);
+      begin = end;
     }
-    BLOCKWALK_CHECK(at, ==, sections.voxels.bytes);
+    voxels_end_ = sections.voxels.offset + sections.voxels.bytes;
     const auto page_bytes = std::as_bytes(std::span(pages));
     BLOCKWALK_CHECK(page_bytes.size(), ==, sections.pages.bytes);
     file_.write(sections.pages.offset, page_bytes);
     sections.pages.checksum = checksumOf(page_bytes);
+  }
+
+  void append(Section& voxels, const PackedPages& packed, std::vector<PageEntry>& pages) {
+    file_.write(voxels.offset + voxels.bytes, packed.bytes);
+    voxels.bytes += packed.bytes.size();
+    pages.insert(pages.end(), packed.entries.begin(), packed.entries.end());
+    for (const PageEntry& entry : packed.entries) {
+      ++info_.pages[entry.codec];
+      written_ += entry.subblocks;
+    }
+    if (options_.progress) options_.progress("write", written_, subblocks_);
   }
 
   void copyRecords(const TempBytes& records, Section& section) {
@@ -158,7 +207,7 @@ class VolumeWriter {
     section.checksum = checksum.value();
   }
 
-  const VolumeInfo& info_;
+  VolumeInfo info_;
   const BuiltLevels& built_;
   const TempBytes& spill_;
   const BuildOptions& options_;
@@ -170,6 +219,8 @@ class VolumeWriter {
   std::size_t channel_bytes_;  // of a subblock in one channel
   std::uint64_t subblocks_ = 0;
   std::uint64_t written_ = 0;
+  std::uint64_t voxels_end_ = 0;  // of those written so far
+  Workers workers_;
 };
 
 }  // namespace
