@@ -8,6 +8,7 @@
 
 #include "protocol/view_values.h"
 #include "view/resolved_view.h"
+#include "volume/file/codec.h"
 
 namespace blockwalk {
 namespace {
@@ -56,6 +57,15 @@ json defaultViewJson(const VolumeInfo& info) {
   object["range"] = single ? ranges[0] : ranges;
   if (!transfers.empty()) object["tf"] = single ? transfers[0] : transfers;
   return object;
+}
+
+// How many pages of the file are packed how.
+json pagesJson(const VolumeInfo& info) {
+  json pages = json::object();
+  for (std::size_t i = 0; i < info.pages.size(); ++i) {
+    if (info.pages[i] > 0) pages[std::string(codecName(static_cast<Codec>(i)))] = info.pages[i];
+  }
+  return pages;
 }
 
 std::uint64_t storedBytes(const VolumeInfo& info) {
@@ -137,6 +147,7 @@ json volumeJson(const VolumeInfo& info, std::uint64_t file_bytes) {
                  {"stored_bytes", storedBytes(info)},
                  {"dense_bytes", voxelCount(info) * voxelBytes(info.type) * info.channels.size()},
                  {"file_bytes", file_bytes},
+                 {"pages", pagesJson(info)},
                  {"source", info.metadata.source_name},
                  {"metadata", metadataJson(info.metadata)},
                  {"default_view", defaultViewJson(info)},

@@ -7,6 +7,7 @@
 
 #include "clients/cli/flag_values.h"
 #include "clients/cli/usage_error.h"
+#include "volume/file/codec.h"
 
 namespace blockwalk {
 
@@ -23,6 +24,10 @@ void BuildFlags::add(CLI::App& command) {
                   "voxels up to this density are empty (0, or the smallest value); one number, or one a channel")
       ->delimiter(',')
       ->type_name("N[,N...]");
+  command
+      .add_option("--codec", codec,
+                  "how voxels are packed: raw, lz4 (reads fastest of the two) or zstd (packs most) (raw)")
+      ->check(CLI::IsMember({"raw", "lz4", "zstd"}));
   command.add_option("--memory", memory, "memory to stay within (2GiB)")->type_name("SIZE");
 }
 
@@ -46,6 +51,7 @@ BuildOptions BuildFlags::options(std::uint64_t memory_bytes) const {
   result.mask_bins = bins == "uniform"    ? MaskBins::uniform
                      : bins == "quantile" ? MaskBins::quantile
                                           : MaskBins::automatic;
+  result.codec = codec == "lz4" ? Codec::lz4 : codec == "zstd" ? Codec::zstd : Codec::raw;
   return result;
 }
 
@@ -66,6 +72,16 @@ void printChannels(const VolumeInfo& info, std::uint64_t voxels) {
   }
 }
 
+// "2 raw, 130 zstd"
+std::string pagesText(const VolumeInfo& info) {
+  std::string text;
+  for (std::size_t i = 0; i < info.pages.size(); ++i) {
+    if (info.pages[i] == 0) continue;
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", info.pages[i], codecName(static_cast<Codec>(i)));
+  }
+  return text.empty() ? "none" : text;
+}
+
 }  // namespace
 
 void printBuildReport(const BuildReport& report, const std::filesystem::path& path, double seconds) {
@@ -83,6 +99,7 @@ void printBuildReport(const BuildReport& report, const std::filesystem::path& pa
                percent(channel.nonempty_voxels, voxels));
   }
   fmt::print("  level 0 voxels     {}\n", byteText(report.level0_voxel_bytes));
+  fmt::print("  pages              {}\n", pagesText(info));
   fmt::print("  coarser levels     {}\n", byteText(report.coarser_level_bytes));
   fmt::print("  records and rest   {}\n", byteText(report.overhead_bytes));
   fmt::print("  file               {} ({:.2f} % of {} dense)\n", byteText(report.file_bytes),

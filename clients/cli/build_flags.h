@@ -17,6 +17,7 @@ struct BuildFlags {
   int block_side = 6;
   std::string memory = "2GiB";
   std::string bins = "auto";
+  std::string codec = "raw";
   std::vector<double> empty_thresholds;
 
   void add(CLI::App& command);

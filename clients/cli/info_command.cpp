@@ -73,6 +73,17 @@ void printValues(const json& channel) {
              histogramLine(histogram.at("counts")));
 }
 
+// How many pages are packed how; nothing of older servers.
+void printPages(const json& volume) {
+  const auto pages = volume.find("pages");
+  if (pages == volume.end() || pages->empty()) return;
+  std::string text;
+  for (const auto& [codec, count] : pages->items()) {
+    text += fmt::format("{}{} {}", text.empty() ? "" : ", ", count.get<std::uint64_t>(), codec);
+  }
+  fmt::print("pages             {}\n", text);
+}
+
 void printMetadata(const json& volume) {
   const auto metadata = volume.find("metadata");
   if (metadata == volume.end()) return;
@@ -94,6 +105,7 @@ void printTable(const json& volume) {
              volume.at("subblock_side").get<int>());
   fmt::print("stored            {} of {} dense, file {}\n", bytes("stored_bytes"), bytes("dense_bytes"),
              bytes("file_bytes"));
+  printPages(volume);
   for (std::size_t i = 0; i < channels.size(); ++i) {
     if (channels.size() > 1) fmt::print("\nchannel {}         {}\n", i, channels[i].at("name").get<std::string>());
     printValues(channels[i]);

@@ -66,6 +66,27 @@ TEST(RoundTrip, ChannelsKeepTheirNamesAndThresholds) {
   EXPECT_EQ(place.run(raw + "--channels 2 --empty 1,2,3").exit_code, 1);
 }
 
+TEST(RoundTrip, PagesArePackedAsAskedAndSayHow) {
+  const Workplace place;
+  place.write("ball.raw", ballVoxels<std::uint16_t>(100, 0));
+  const std::string import = "import ball.raw --dims 20x16x12 --type u16 --verify ";
+  std::uint64_t raw_bytes = 0;
+  for (const char* codec : {"raw", "lz4", "zstd"}) {
+    const Outcome made = place.run(import + "-o p.bwv --codec " + codec);
+    ASSERT_EQ(made.exit_code, 0) << made.error;
+    EXPECT_THAT(made.out, HasSubstr(std::string("pages              1 ") + codec));
+    EXPECT_THAT(made.out, HasSubstr("verified           3840 voxels"));
+    EXPECT_THAT(place.run("info p.bwv").out, HasSubstr(std::string("pages             1 ") + codec));
+    const json info = infoOf(place, "p.bwv");
+    EXPECT_EQ(info["pages"], json({{codec, 1}}));
+    if (raw_bytes == 0) raw_bytes = info["file_bytes"];
+    EXPECT_EQ(info["file_bytes"] < raw_bytes, std::string(codec) != "raw");
+  }
+  EXPECT_EQ(place.run(import + "-o q.bwv").exit_code, 0);
+  EXPECT_EQ(infoOf(place, "q.bwv")["pages"], json({{"raw", 1}}));
+  EXPECT_EQ(place.run(import + "-o p.bwv --codec lzma").exit_code, 2);
+}
+
 TEST(RoundTrip, LabelsAreGuessedToldAndKept) {
   const Workplace place;
   std::string checks;

@@ -28,6 +28,7 @@ VolumeInfo sampleInfo() {
   info.channels[0].bin_cuts = {1, 2, 3, 4, 5, 6, 7};
   info.channels[0].nonempty_voxels = 10;
   info.metadata.source_name = "sample.raw";
+  info.pages = {4, 0, 1};
   info.levels = {{{100, 50, 20}, 4, 9, 9216}, {{50, 25, 10}, 1, 2, 2048}};
   return info;
 }
@@ -50,6 +51,7 @@ TEST(VolumeJson, SpeaksInDataUnitsAndWorldSpace) {
   EXPECT_EQ(object["stored_bytes"], 11264);
   EXPECT_EQ(object["dense_bytes"], 200000);
   EXPECT_EQ(object["file_bytes"], 12345);
+  EXPECT_EQ(object["pages"], nlohmann::json::parse(R"({"raw": 4, "zstd": 1})"));
   EXPECT_EQ(object["nonempty_share"], 1e-4);
 }
 
