@@ -8,9 +8,10 @@
 #include <algorithm>
 #include <bit>
 #include <csetjmp>
-#include <cstring>
+#include <cstdlib>
 #include <memory>
 #include <new>
+#include <string_view>
 
 #include "protocol/output_picture.h"
 #include "volume/error.h"
@@ -25,30 +26,33 @@ constexpr int kWebpLosslessLevel = 1;  // 0 (fastest) to 9; 0 is no smaller than
 
 struct PngOutput {
   std::vector<std::byte> bytes;
-  const char* error = nullptr;
+  bool is_short_of_memory = false;
 };
+
+// libpng's and zlib's memory: that there was none is known here alone, whatever they make of it.
+png_voidp allocatePng(png_structp png, png_alloc_size_t size) {
+  void* memory = std::malloc(size);
+  if (memory == nullptr) static_cast<PngOutput*>(png_get_mem_ptr(png))->is_short_of_memory = true;
+  return memory;
+}
+
+void freePng(png_structp, png_voidp memory) { std::free(memory); }
 
 // No exception may cross libpng's C frames: what fails here is kept and libpng jumps back to writePng.
 void appendPng(png_structp png, png_bytep data, png_size_t size) {
   auto* output = static_cast<PngOutput*>(png_get_io_ptr(png));
-  bool appended = true;
   try {
     const auto* begin = reinterpret_cast<const std::byte*>(data);
     output->bytes.insert(output->bytes.end(), begin, begin + size);
   } catch (...) {
-    appended = false;
+    output->is_short_of_memory = true;
   }
-  if (!appended) png_error(png, "out of memory");
+  if (output->is_short_of_memory) png_error(png, "out of memory");
 }
 
 void flushPng(png_structp) {}
 
-void failPng(png_structp png, png_const_charp message) {
-  auto* output = static_cast<PngOutput*>(png_get_error_ptr(png));
-  // libpng's own messages are literals; anything else would not outlive the jump.
-  output->error = std::strcmp(message, "out of memory") == 0 ? "out of memory" : "libpng refused the image";
-  longjmp(*png_set_longjmp_fn(png, longjmp, sizeof(jmp_buf)), 1);
-}
+void failPng(png_structp png, png_const_charp) { longjmp(*png_set_longjmp_fn(png, longjmp, sizeof(jmp_buf)), 1); }
 
 void ignoreWarning(png_structp, png_const_charp) {}
 
@@ -63,7 +67,8 @@ struct PngShape {
 // longjmp.
 template <typename FillRow>
 bool writePng(PngOutput& output, const PngShape& shape, const FillRow& fill_row, png_byte* row) {
-  png_structp png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &output, failPng, ignoreWarning);
+  png_structp png =
+      png_create_write_struct_2(PNG_LIBPNG_VER_STRING, nullptr, failPng, ignoreWarning, &output, allocatePng, freePng);
   if (png == nullptr) return false;
   png_infop info = png_create_info_struct(png);
   if (info == nullptr || setjmp(png_jmpbuf(png))) {
@@ -96,7 +101,8 @@ std::vector<std::byte> finishPng(const PngShape& shape, const FillRow& fill_row)
   std::vector<png_byte> row(static_cast<std::size_t>(shape.width) * 4);
   PngOutput output;
   if (!writePng(output, shape, fill_row, row.data())) {
-    failData("png: {}", output.error != nullptr ? output.error : "libpng could not start");
+    if (output.is_short_of_memory) throw std::bad_alloc();
+    failData("png: libpng refused the image");
   }
   return std::move(output.bytes);
 }
@@ -145,9 +151,15 @@ std::uint32_t overBlack(std::uint32_t pixel) {
   return out;
 }
 
+// "Memory allocation failure", "Insufficient memory (case 4)": it has no codes.
+[[noreturn]] void failJpeg(std::string_view message) {
+  if (message.find("emory") != std::string_view::npos) throw std::bad_alloc();
+  failData("jpeg: {}", message);
+}
+
 std::vector<std::byte> encodeJpeg(const Frame& frame, Pixels source, int quality) {
   const std::unique_ptr<void, JpegDelete> compressor(tjInitCompress());
-  if (!compressor) failData("jpeg: libturbojpeg could not start");
+  if (!compressor) throw std::bad_alloc();  // it fails for nothing else
   unsigned char* allocated = nullptr;
   unsigned long size = 0;
   const int subsampling = quality >= kFullChromaQuality ? TJSAMP_444 : TJSAMP_420;
@@ -161,7 +173,7 @@ std::vector<std::byte> encodeJpeg(const Frame& frame, Pixels source, int quality
   const int failed = tjCompress2(compressor.get(), pixels, frame.width, frame.width * 4, frame.height, TJPF_RGBX,
                                  &allocated, &size, subsampling, quality, TJFLAG_FASTDCT);
   const std::unique_ptr<unsigned char, JpegFree> bytes(allocated);
-  if (failed != 0) failData("jpeg: {}", tjGetErrorStr2(compressor.get()));
+  if (failed != 0) failJpeg(tjGetErrorStr2(compressor.get()));
   const auto* begin = reinterpret_cast<const std::byte*>(bytes.get());
   return {begin, begin + size};
 }

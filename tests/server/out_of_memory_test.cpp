@@ -6,8 +6,11 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdlib>
+#include <exception>
 #include <thread>
 
+#include "protocol/image_codec.h"
+#include "server/http/routes.h"
 #include "tests/server/running_server.h"
 #include "tests/server/stream/view_message.h"
 
@@ -90,6 +93,32 @@ TEST(OutOfMemory, AtEachOfTheFirstAllocationsOfAConnection) {
   }
   is_exempt = false;
   EXPECT_GE(failed, kAllocations / 2) << "memory never ran out";
+}
+
+// Every allocation of an encoder in turn: it makes the picture or says that there was no memory, which is 503.
+TEST(OutOfMemory, InEachCodecIsToldAsSuch) {
+  Frame frame{.width = 64, .height = 48, .pixels = {}, .probes = {}, .stats = {}};
+  for (std::uint32_t i = 0; i < 64 * 48; ++i) frame.pixels.push_back(i * 2654435761u | 0xff000000u);
+  for (const ImageFormat format : {ImageFormat::png, ImageFormat::jpeg, ImageFormat::webp, ImageFormat::raw}) {
+    int refused = 0;
+    for (bool is_drawn = false; !is_drawn;) {
+      allocations_left = refused;
+      std::exception_ptr thrown;
+      try {
+        encodeImage(frame, format, 80);
+      } catch (...) {
+        thrown = std::current_exception();
+      }
+      is_drawn = allocations_left.exchange(-1) >= 0;
+      if (is_drawn) break;
+      ++refused;
+      if (thrown) {
+        EXPECT_EQ(problemOf(thrown).status, 503) << imageFormatName(format) << ", allocation " << refused;
+      }
+      ASSERT_LT(refused, 10000);
+    }
+    EXPECT_GT(refused, 0) << imageFormatName(format);
+  }
 }
 
 class OutOfMemoryAtRandom : public testing::TestWithParam<std::uint32_t> {};
