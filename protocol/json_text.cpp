@@ -49,6 +49,19 @@ bool isZeroText(std::string_view number) {
   return true;
 }
 
+// Recursion is as deep as the document.
+void empty(json& value) noexcept {
+  if (value.is_array()) {
+    auto& elements = value.get_ref<json::array_t&>();
+    for (json& element : elements) empty(element);
+    elements.clear();
+  } else if (value.is_object()) {
+    auto& members = value.get_ref<json::object_t&>();
+    for (auto& [name, member] : members) empty(member);
+    members.clear();
+  }
+}
+
 // Receives the parser's events and builds the value, with a stack of the containers that are open.
 class BoundedBuilder : public json::json_sax_t {
  public:
@@ -97,6 +110,7 @@ class BoundedBuilder : public json::json_sax_t {
     if (text.size() > limits_.string_bytes) fail(fmt::format("string longer than {} bytes", limits_.string_bytes));
   }
   json* place(json value) {
+    if (++values_ > limits_.values) fail(fmt::format("more than {} values", limits_.values));
     if (stack_.empty()) {
       root_ = std::move(value);
       return &root_;
@@ -125,6 +139,8 @@ class BoundedBuilder : public json::json_sax_t {
   const JsonLimits& limits_;
   const std::size_t* read_;
   json root_;
+  const JsonEnd end_{root_};  // where parsing fails half way
+  std::size_t values_ = 0;
   std::vector<json*> stack_;  // an element's address is stable while its container is the innermost open one
   std::string key_;
   std::string member_;  // the outermost object's newest
@@ -146,6 +162,8 @@ json parseJson(std::string_view text, const JsonLimits& limits) {
   json::sax_parse(CountingIterator(text.data(), &read), CountingIterator(text.data() + text.size(), &read), &builder);
   return builder.take();
 }
+
+JsonEnd::~JsonEnd() { empty(document_); }
 
 std::string writeJson(const json& value) { return value.dump(-1, ' ', true, json::error_handler_t::replace); }
 

@@ -16,6 +16,7 @@ struct JsonLimits {
   std::size_t text_bytes = std::size_t{1} << 20;
   std::size_t depth = 32;
   std::size_t string_bytes = std::size_t{64} << 10;  // keys too
+  std::size_t values = std::size_t{64} << 10;        // containers too
 };
 
 struct JsonError : DataError {
@@ -27,7 +28,21 @@ struct JsonError : DataError {
 
 // RFC 8259 without concessions: no byte order mark, no NUL, no repeated member, no number that a double cannot hold
 // (1e400, 1e-400). Throws JsonError; the depth is checked before any value is built, so hostile nesting costs nothing.
+// Of a document from outside the caller's scope has a JsonEnd.
 nlohmann::json parseJson(std::string_view text, const JsonLimits& limits = {});
+
+// Empties a document at the end of a scope, before nlohmann's destructor does: that one keeps a stack of all values,
+// megabytes of a large array, and where memory is short it ends the process. This takes none.
+class JsonEnd {
+ public:
+  explicit JsonEnd(nlohmann::json& document) : document_(document) {}
+  ~JsonEnd();
+  JsonEnd(const JsonEnd&) = delete;
+  JsonEnd& operator=(const JsonEnd&) = delete;
+
+ private:
+  nlohmann::json& document_;
+};
 
 // One line of ASCII; bytes that are not UTF-8 become U+FFFD instead of an exception.
 std::string writeJson(const nlohmann::json& value);

@@ -98,7 +98,8 @@ json parseMessageText(std::string_view text) {
 }  // namespace
 
 ClientMessage parseClientMessage(std::string_view text) {
-  const json object = parseMessageText(text);
+  json object = parseMessageText(text);
+  const JsonEnd end(object);
   if (!object.is_object()) {
     throw MessageError({.status = 400, .detail = "a message must be a JSON object", .field = {}}, std::nullopt);
   }
@@ -120,16 +121,14 @@ ClientMessage parseClientMessage(std::string_view text) {
   reader.fail("type", "must be view, ack, limits or ping");
 }
 
-std::string helloMessage(const json& volume, const HelloLimits& limits) {
-  return writeJson({{"type", "hello"},
-                    {"version", kStreamProtocol},
-                    {"volume", volume},
-                    {"limits",
-                     {{"frames_in_flight", limits.frames_in_flight},
-                      {"fps", limits.fps},
-                      {"max_fps", kMaxFps},
-                      {"max_message_bytes", kMaxMessageBytes},
-                      {"max_size", {kMaxImageSide, kMaxImageSide}}}}});
+std::string helloMessage(std::string_view volume, const HelloLimits& limits) {
+  const json rest = {{"frames_in_flight", limits.frames_in_flight},
+                     {"fps", limits.fps},
+                     {"max_fps", kMaxFps},
+                     {"max_message_bytes", kMaxMessageBytes},
+                     {"max_size", {kMaxImageSide, kMaxImageSide}}};
+  return fmt::format(R"({{"limits":{},"type":"hello","version":"{}","volume":{}}})", writeJson(rest), kStreamProtocol,
+                     volume);
 }
 
 std::string errorMessage(const Problem& problem, std::optional<std::uint64_t> id) {
@@ -177,7 +176,8 @@ ParsedFrame parseFrameMessage(std::span<const std::byte> message) {
     failData("frame: header of {} bytes in a message of {}", length, message.size());
   }
   const auto* text = reinterpret_cast<const char*>(message.data() + 4);
-  const json object = parseJson({text, length});
+  json object = parseJson({text, length});
+  const JsonEnd end(object);
   try {
     return {.header = {.id = object.at("id").get<std::uint64_t>(),
                        .seq = object.at("seq").get<std::uint64_t>(),

@@ -58,7 +58,8 @@ struct HelloLimits {
   int frames_in_flight = 3;
   double fps = 30;
 };
-std::string helloMessage(const nlohmann::json& volume, const HelloLimits& limits);
+// `volume`: its document, JSON.
+std::string helloMessage(std::string_view volume, const HelloLimits& limits);
 std::string errorMessage(const Problem& problem, std::optional<std::uint64_t> id);
 std::string statsMessage(std::uint64_t id, std::uint64_t seq, const RenderStats& stats);
 std::string pongMessage(double time);

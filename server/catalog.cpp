@@ -77,11 +77,7 @@ nlohmann::json Catalog::listJson() const {
   for (const CatalogEntry& entry : entries_) {
     nlohmann::json item = {{"id", entry.id}, {"name", entry.id}, {"state", volumeStateName(entry.state)}};
     if (entry.state == VolumeState::failed) item["error"] = entry.error;
-    if (entry.state == VolumeState::ready) {
-      for (const char* name : {"name", "type", "dims", "stored_bytes", "dense_bytes", "file_bytes"}) {
-        item[name] = entry.served->document[name];
-      }
-    }
+    if (entry.state == VolumeState::ready) item.update(entry.served->summary);
     list.push_back(std::move(item));
   }
   return {{"volumes", std::move(list)}};

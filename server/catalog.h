@@ -24,7 +24,8 @@ struct ServedVolume {
   VolumeId number = 0;
   std::shared_ptr<const VolumeInfo> info;
   std::string identity;             // changes when the file does; part of ETags
-  nlohmann::json document;          // of GET /volumes/{id}
+  std::string document;             // of GET /volumes/{id}, JSON
+  nlohmann::json summary;           // what the list of all volumes has of it
   std::shared_ptr<void> residence;  // its end unloads the volume
 };
 

@@ -128,6 +128,7 @@ void readConfiguration(Options& options, const std::filesystem::path& path) {
   } catch (const JsonError& error) {
     throw UsageError(fmt::format("--config: '{}': {}", path.string(), error.what()));
   }
+  const JsonEnd end(object);
   if (!object.is_object()) throw UsageError(fmt::format("--config: '{}' must hold a JSON object", path.string()));
   for (const auto& [name, value] : object.items()) {
     if (name == "files" && value.is_array()) {

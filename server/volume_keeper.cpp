@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "protocol/json_text.h"
 #include "protocol/volume_json.h"
 #include "server/render/await_result.h"
 
@@ -27,7 +28,8 @@ struct OpenResult {
   std::optional<VolumeFile> file;
   std::string identity;
   std::shared_ptr<const VolumeInfo> info;
-  nlohmann::json document;
+  std::string document;
+  nlohmann::json summary;
   std::exception_ptr error;
 };
 
@@ -38,9 +40,14 @@ OpenResult openFile(const std::filesystem::path& path, const std::string& id) no
     result.identity = fileIdentity(path);
     result.file.emplace(path);
     result.info = std::make_shared<const VolumeInfo>(result.file->info());
-    result.document = volumeJson(*result.info, result.file->fileBytes());
-    result.document["id"] = id;
-    result.document["state"] = "ready";
+    nlohmann::json document = volumeJson(*result.info, result.file->fileBytes());
+    const JsonEnd end(document);
+    document["id"] = id;
+    document["state"] = "ready";
+    result.document = writeJson(document);
+    for (const char* name : {"name", "type", "dims", "stored_bytes", "dense_bytes", "file_bytes"}) {
+      result.summary[name] = document[name];
+    }
   } catch (...) {
     result.error = std::current_exception();
   }
@@ -109,6 +116,7 @@ asio::awaitable<bool> VolumeKeeper::load() {
                                                                .info = std::move(opened.info),
                                                                .identity = std::move(opened.identity),
                                                                .document = std::move(opened.document),
+                                                               .summary = std::move(opened.summary),
                                                                .residence = residence});
   }
   const auto load = [&](Answer<RenderResult> answer) {

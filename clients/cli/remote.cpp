@@ -230,7 +230,7 @@ nlohmann::json fetchVolume(const RemoteVolume& volume, const RemoteAccess& acces
     throw std::runtime_error(fmt::format("{}{}: the answer is no JSON object{}", volume.origin(), volume.target, why));
   };
   try {
-    nlohmann::json json = parseJson(response.body(), {.text_bytes = kMaxVolumeBytes});
+    nlohmann::json json = parseJson(response.body(), {.text_bytes = kMaxVolumeBytes, .values = kMaxVolumeBytes / 4});
     if (!json.is_object()) refuse("");
     return json;
   } catch (const JsonError& error) {

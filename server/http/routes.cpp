@@ -35,7 +35,8 @@ HttpReply jsonTextReply(const HttpRequest& request, int status, std::string_view
   return reply;
 }
 
-HttpReply jsonReply(const HttpRequest& request, int status, const nlohmann::json& value) {
+HttpReply jsonReply(const HttpRequest& request, int status, nlohmann::json value) {
+  const JsonEnd end(value);
   return jsonTextReply(request, status, writeJson(value));
 }
 
@@ -104,7 +105,9 @@ ImageRequest readImageRequest(const HttpRequest& request) {
   if (!equalNames(type.substr(0, type.find_first_of("; ")), kJson)) {
     refuse(415, "the body must be application/json", "Content-Type");
   }
-  setViewFields(image, parseJson(request.body));
+  nlohmann::json view = parseJson(request.body);
+  const JsonEnd end(view);
+  setViewFields(image, view);
   return image;
 }
 
@@ -172,10 +175,10 @@ RouteResult answerDevice(const Asked& asked) {
 
 RouteResult answerVolume(const Asked& asked) {
   const CatalogEntry& entry = asked.volume();
-  if (entry.state == VolumeState::ready) return jsonReply(asked.request, 200, entry.served->document);
+  if (entry.state == VolumeState::ready) return jsonTextReply(asked.request, 200, entry.served->document);
   nlohmann::json document = {{"id", entry.id}, {"state", volumeStateName(entry.state)}};
   if (entry.state == VolumeState::failed) document["error"] = entry.error;
-  return jsonReply(asked.request, 200, document);
+  return jsonReply(asked.request, 200, std::move(document));
 }
 
 RouteResult answerImage(const Asked& asked) {

@@ -101,6 +101,15 @@ TEST(JsonText, NamesTheMemberOfTheOutermostObject) {
   }
 }
 
+TEST(JsonText, TakesSoManyValuesAndNoMore) {
+  const std::string most = "[" + repeat("0,", 65534) + "0]";  // with the array itself
+  EXPECT_NO_THROW(parseJson(most));
+  EXPECT_THAT([&] { parseJson("[" + repeat("[],", 65535) + "0]"); },
+              testing::ThrowsMessage<JsonError>(testing::HasSubstr("more than 65536 values")));
+  EXPECT_THAT([&] { parseJson(R"({"a":)" + most + "}"); },
+              testing::ThrowsMessage<JsonError>(testing::HasSubstr("more than 65536 values")));
+}
+
 TEST(JsonText, TakesTheDepthThatIsAllowed) { EXPECT_NO_THROW(parseJson(repeat("[", 32) + repeat("]", 32))); }
 
 TEST(JsonText, EveryPrefixIsRefused) {

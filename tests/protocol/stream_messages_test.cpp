@@ -76,7 +76,7 @@ const BadMessage kBadMessages[] = {
 INSTANTIATE_TEST_SUITE_P(Table, BadMessages, testing::ValuesIn(kBadMessages));
 
 TEST(ServerMessages, HaveTheirMembers) {
-  const json hello = parseJson(helloMessage({{"id", "rock"}}, {.frames_in_flight = 3, .fps = 30}));
+  const json hello = parseJson(helloMessage(R"({"id":"rock"})", {.frames_in_flight = 3, .fps = 30}));
   EXPECT_EQ(hello["type"], "hello");
   EXPECT_EQ(hello["version"], "blockwalk.v1");
   EXPECT_EQ(hello["volume"]["id"], "rock");

@@ -10,6 +10,7 @@
 #include <thread>
 
 #include "protocol/image_codec.h"
+#include "protocol/json_text.h"
 #include "server/http/routes.h"
 #include "tests/server/running_server.h"
 #include "tests/server/stream/view_message.h"
@@ -119,6 +120,23 @@ TEST(OutOfMemory, InEachCodecIsToldAsSuch) {
     }
     EXPECT_GT(refused, 0) << imageFormatName(format);
   }
+}
+
+TEST(OutOfMemory, TheEndOfADocumentTakesNone) {
+  std::string text = "[";
+  for (int i = 0; i < 200000; ++i) text += i % 2 == 0 ? "[]," : R"({"a":[1]},)";
+  text += "0]";
+  const JsonLimits limits{.text_bytes = text.size(), .values = text.size()};
+  failures = 0;
+  {
+    nlohmann::json document = parseJson(text, limits);
+    const JsonEnd end(document);
+    failures_in_million = 1000000;
+  }
+  failures_in_million = 0;
+  EXPECT_EQ(failures, 0u);
+  text.back() = '}';  // fails half way
+  EXPECT_THROW(parseJson(text, limits), JsonError);
 }
 
 class OutOfMemoryAtRandom : public testing::TestWithParam<std::uint32_t> {};
