@@ -5,12 +5,11 @@
 #include <array>
 #include <boost/asio/ip/address.hpp>
 #include <charconv>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <set>
-#include <sstream>
 
 #include "protocol/json_text.h"
+#include "server/small_file.h"
 
 namespace blockwalk {
 namespace {
@@ -106,19 +105,6 @@ std::string defaultText(const ServerOption& option) {
   if (const auto* string = std::get_if<std::string Options::*>(&option.member)) return plain.**string;
   if (const auto* count = std::get_if<std::int64_t Options::*>(&option.member)) return std::to_string(plain.**count);
   return "";
-}
-
-std::string readSmallFile(std::string_view flag, const std::filesystem::path& path) {
-  constexpr std::streamsize kMaxBytes = 1 << 20;
-  std::ifstream file(path, std::ios::binary);
-  std::string text(static_cast<std::size_t>(kMaxBytes) + 1, '\0');
-  file.read(text.data(), kMaxBytes + 1);
-  if (file.bad() || (!file && !file.eof()) || !std::filesystem::is_regular_file(path)) {
-    throw UsageError(fmt::format("--{}: cannot read '{}'", flag, path.string()));
-  }
-  if (file.gcount() > kMaxBytes) throw UsageError(fmt::format("--{}: '{}' is too large", flag, path.string()));
-  text.resize(static_cast<std::size_t>(file.gcount()));
-  return text;
 }
 
 void readConfiguration(Options& options, const std::filesystem::path& path) {

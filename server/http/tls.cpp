@@ -3,6 +3,8 @@
 
 #include <openssl/ssl.h>
 
+#include "server/small_file.h"
+
 namespace blockwalk {
 
 namespace ssl = boost::asio::ssl;
@@ -23,9 +25,13 @@ std::shared_ptr<ssl::context> loadTls(const ServerOptions& options) {
     if (error) failData("{} '{}': {}", flag, file.string(), error.message());
   };
   error_code error;
-  tls->use_certificate_chain_file(options.tls_cert.string(), error);
+  const std::string chain = readSmallFile("tls-cert", options.tls_cert);
+  tls->use_certificate_chain(boost::asio::buffer(chain), error);
   refuse("--tls-cert", options.tls_cert, error);
-  tls->use_private_key_file(options.tls_key.string(), ssl::context::pem, error);
+  // Nobody is there to be asked for a passphrase.
+  tls->set_password_callback([](std::size_t, ssl::context::password_purpose) { return std::string(); }, error);
+  const std::string key = readSmallFile("tls-key", options.tls_key);
+  tls->use_private_key(boost::asio::buffer(key), ssl::context::pem, error);
   refuse("--tls-key", options.tls_key, error);
   return tls;
 }

@@ -1,12 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/options.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
+#include <atomic>
+#include <chrono>
 #include <fstream>
+#include <functional>
+#include <thread>
 
 #include "running_server.h"
+#include "server/http/tls.h"
 
 namespace blockwalk {
 namespace {
@@ -99,6 +107,65 @@ TEST(Options, TokensAreLongAndPlain) {
   EXPECT_THROW(readToken(writeFile("empty", "\n")), UsageError);
   EXPECT_THROW(readToken(writeFile("odd", "0123456789 abcdef\n")), UsageError);
   EXPECT_THROW(readToken(scratchFolder()), UsageError);
+}
+
+// A pipe that nobody writes into: who waits for it is let go, and told.
+class SilentPipe {
+ public:
+  SilentPipe() : path_(scratchFolder() / "pipe") { EXPECT_EQ(mkfifo(path_.c_str(), 0600), 0); }
+  ~SilentPipe() { std::filesystem::remove(path_); }
+  SilentPipe(const SilentPipe&) = delete;
+  SilentPipe& operator=(const SilentPipe&) = delete;
+
+  const std::filesystem::path& path() const { return path_; }
+  template <typename Read>
+  bool isWaitedFor(Read read) {
+    std::atomic<bool> over = false;
+    bool waited = false;
+    std::thread writer([&] {
+      for (int i = 0; i < 200 && !over; ++i) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      while (!over) {
+        const int end = open(path_.c_str(), O_WRONLY | O_NONBLOCK);
+        waited = waited || end >= 0;
+        if (end >= 0) close(end);
+        std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      }
+    });
+    read();
+    over = true;
+    writer.join();
+    return waited;
+  }
+
+ private:
+  std::filesystem::path path_;
+};
+
+TEST(Options, WhatIsNoFileIsRefusedAndNotWaitedFor) {
+  SilentPipe pipe;
+  const auto token = writeFile("pem-token", "0123456789abcdef\n");
+  for (const auto& [path, why] : std::vector<std::pair<std::filesystem::path, std::string>>{
+           {pipe.path(), "no regular file"}, {scratchFolder(), "a folder"}, {"/dev/zero", "no regular file"}}) {
+    const std::vector<std::pair<std::string, std::function<void()>>> reads = {
+        {"--config",
+         [&] {
+           parseServerOptions({"--config", path.string()});
+         }},
+        {"--token-file", [&] { readToken(path); }},
+        {"--tls-cert", [&] { loadTls({.tls_cert = path, .tls_key = token}); }}};
+    for (const auto& [flag, read] : reads) {
+      const bool waited = pipe.isWaitedFor([&] {
+        try {
+          read();
+          ADD_FAILURE() << flag << " took " << path;
+        } catch (const UsageError& error) {
+          EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr(flag), testing::HasSubstr(path.string()),
+                                                   testing::HasSubstr(why)));
+        }
+      });
+      EXPECT_FALSE(waited) << flag << " waits for " << path;
+    }
+  }
 }
 
 TEST(Options, AFolderGivesItsVolumesByName) {
