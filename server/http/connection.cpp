@@ -17,6 +17,7 @@
 #include "protocol/render_json.h"
 #include "server/http/chunked_body.h"
 #include "server/http/departure.h"
+#include "server/http/request_head.h"
 #include "server/http/routes.h"
 #include "server/http/send_watch.h"
 #include "server/http/wire_stream.h"
@@ -75,19 +76,6 @@ class Connection {
   bool is_first_ = true;
 };
 
-HttpRequest plainRequest(const Parser& parser) {
-  const auto& message = parser.get();
-  HttpRequest request{.method = std::string(message.method_string()),
-                      .target = std::string(message.target()),
-                      .version = static_cast<int>(message.version()),
-                      .fields = {},
-                      .body = {}};
-  for (const auto& field : message) {
-    request.fields.emplace_back(std::string(field.name_string()), std::string(field.value()));
-  }
-  return request;
-}
-
 // Else the client went away, or its time was up and the stream has closed the socket: nobody is there to be answered.
 bool isFaultOfRequest(error_code error) {
   if (error == http::error::end_of_stream || error == http::error::partial_message) return false;
@@ -139,7 +127,7 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
   ++services_.state.counters.requests;
   if (error) co_return co_await refuse(parseFault(error, parser));
 
-  HttpRequest request = plainRequest(parser);
+  HttpRequest request = plainRequest(parser.get());
   const bool is_crowded = isCrowded();
   const bool close = request.version == 10 || request.hasToken("Connection", "close") || is_crowded;
   std::optional<HttpReply> refusal = judgeHead(request, services_.state.rules);

@@ -4,7 +4,8 @@
 // what it does not name.
 #include <algorithm>
 #include <array>
-#include <boost/beast/http.hpp>
+#include <boost/beast/http/empty_body.hpp>
+#include <boost/beast/http/parser.hpp>
 #include <cstdint>
 #include <cstdlib>
 #include <optional>
@@ -12,6 +13,7 @@
 #include <string_view>
 #include <vector>
 
+#include "server/http/request_head.h"
 #include "server/http/rules.h"
 
 namespace {
@@ -30,16 +32,7 @@ std::optional<HttpRequest> readHead(std::string_view bytes) {
   beast::error_code error;
   parser.put(boost::asio::buffer(bytes.data(), bytes.size()), error);
   if (error || !parser.is_header_done()) return {};
-  const auto& message = parser.get();
-  HttpRequest request{.method = std::string(message.method_string()),
-                      .target = std::string(message.target()),
-                      .version = static_cast<int>(message.version()),
-                      .fields = {},
-                      .body = {}};
-  for (const auto& field : message) {
-    request.fields.emplace_back(std::string(field.name_string()), std::string(field.value()));
-  }
-  return request;
+  return blockwalk::plainRequest(parser.get());
 }
 
 // True where a field of that name, if there is one, holds one of the texts.
