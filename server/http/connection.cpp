@@ -57,6 +57,7 @@ class Connection {
   asio::awaitable<error_code> readBody(Parser& parser, HttpRequest& request, std::optional<Problem>& fault);
   asio::awaitable<error_code> readChunks(HttpRequest& request, std::optional<Problem>& fault);
   asio::awaitable<HttpReply> answer(HttpRequest& request, std::optional<StreamJob>& stream);
+  // `has_left_` where nobody waits for the reply any more.
   asio::awaitable<HttpReply> answerImage(const HttpRequest& request, const ImageJob& job);
   asio::awaitable<error_code> send(const HttpReply& reply);
   asio::awaitable<Next> refuse(const HttpReply& reply);
@@ -74,6 +75,7 @@ class Connection {
   const Account account_;
   std::optional<WaitingConnections::Place> waiting_;
   bool is_first_ = true;
+  bool has_left_ = false;
 };
 
 // Else the client went away, or its time was up and the stream has closed the socket: nobody is there to be answered.
@@ -153,6 +155,7 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
 
   std::optional<StreamJob> stream;
   HttpReply reply = co_await answer(request, stream);
+  if (has_left_) co_return Next::close;
   if (stream && buffer_.size() == 0) {
     co_await serveStream(std::move(stream_), parser.release(), services_, stream->volume, account_.peer);
     co_return Next::handed_over;
@@ -230,7 +233,10 @@ asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, c
                          .format = job.format,
                          .quality = job.quality,
                          .frame = {.view = job.view, .cancel = cancel}};
-  const DepartureWatch departure(stream_, request.version, [this, cancel] { services_.frames.cancel(*cancel); });
+  const DepartureWatch departure(stream_, request.version, [this, cancel] {
+    has_left_ = true;
+    services_.frames.cancel(*cancel);
+  });
   MadeFrame made = co_await services_.frames.make(order);
   if (made.cancelled) co_return problemReply({.status = 503, .detail = "the server is ending", .field = {}});
   HttpReply reply{.status = 200, .type = std::string(imageMimeType(job.format)), .fields = {}, .body = made.image};

@@ -102,6 +102,13 @@ TEST_F(Sharing, BesideSixtyFourAtOnce) {
   EXPECT_LE(server_.control().most_under_way, RenderThread::kRequestsUnderWay + 1);
 }
 
+// Nobody is there to be refused.
+void expectNoFailure(std::uint16_t port) {
+  EXPECT_TRUE(
+      eventually([&] { return get(port, "/metrics").body.find("blockwalk_image_jobs 0\n") != std::string::npos; }));
+  EXPECT_NE(get(port, "/metrics").body.find("blockwalk_failed_requests_total 0\n"), std::string::npos);
+}
+
 TEST(Departure, APictureThatNobodyWaitsForIsGivenUp) {
   RunningServer server;
   server.control().bands = 1000;
@@ -114,6 +121,7 @@ TEST(Departure, APictureThatNobodyWaitsForIsGivenUp) {
   }
   EXPECT_TRUE(eventually([&] { return server.control().cancelled == 1; }));
   EXPECT_EQ(get(server.port(), "/healthz").status, 200);
+  expectNoFailure(server.port());
 }
 
 TEST(Departure, WhoClosedRightAfterAskingHasLeftToo) {
@@ -123,6 +131,7 @@ TEST(Departure, WhoClosedRightAfterAskingHasLeftToo) {
   WireClient(server.port()).send(fmt::format("GET {}?size=64x64 HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPath));
   EXPECT_TRUE(eventually([&] { return server.control().cancelled == 1; }));
   EXPECT_EQ(get(server.port(), "/healthz").status, 200);
+  expectNoFailure(server.port());
 }
 
 TEST(Departure, WhoOnlyEndedItsSendingGetsTheReply) {
