@@ -18,6 +18,19 @@ void openSilent(std::vector<WireClient>& clients, int count, std::uint16_t port,
   }
 }
 
+// Connections whose pictures take longer than the test.
+std::vector<WireClient> fillPlaces(RunningServer& server, int count) {
+  server.control().bands = 1000;
+  server.control().band_ms = 5;
+  std::vector<WireClient> busy;
+  for (int i = 0; i < count; ++i) {
+    busy.emplace_back(server.port());
+    busy.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kSmallPicture, 30 + i));
+  }
+  EXPECT_TRUE(eventually([&] { return server.control().under_way == count; }));
+  return busy;
+}
+
 TEST(Crowd, SilentConnectionsMakePlaceForNewOnes) {
   RunningServer server({.max_connections = 16});
   std::vector<WireClient> silent;
@@ -58,14 +71,7 @@ TEST(Crowd, HeadersThatDripHoldNobodyUp) {
 // All places are taken by those that are being served: only who watches, and who is known, gets one beyond.
 TEST(Crowd, PlacesAreKeptForProbesAndForWhoIsKnown) {
   RunningServer server({.max_connections = 3});
-  server.control().bands = 1000;
-  server.control().band_ms = 5;
-  std::vector<WireClient> busy;
-  for (int i = 0; i < 3; ++i) {
-    busy.emplace_back(server.port());
-    busy.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kSmallPicture, 30 + i));
-  }
-  ASSERT_TRUE(eventually([&] { return server.control().under_way == 3; }));
+  const std::vector<WireClient> busy = fillPlaces(server, 3);
   EXPECT_EQ(get(server.port(), "/healthz").status, 200);
   EXPECT_EQ(get(server.port(), "/readyz").status, 200);
   const auto refused = get(server.port(), "/api/v1/volumes");
@@ -78,14 +84,7 @@ TEST(Crowd, WhoHasAStreamIsKnown) {
   RunningServer server({.max_connections = 3});
   StreamClient stream(server.port(), "rock");
   stream.readText("hello");
-  server.control().bands = 1000;
-  server.control().band_ms = 5;
-  std::vector<WireClient> busy;
-  for (int i = 0; i < 3; ++i) {
-    busy.emplace_back(server.port());
-    busy.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kSmallPicture, 30 + i));
-  }
-  ASSERT_TRUE(eventually([&] { return server.control().under_way == 3; }));
+  const std::vector<WireClient> busy = fillPlaces(server, 3);
   EXPECT_EQ(get(server.port(), "/api/v1/volumes").status, 200);
 }
 
