@@ -56,7 +56,7 @@ std::string metricsText(const ServerState& state) {
   if (state.device != nullptr) {
     metrics.add("device_memory_used_bytes", "gauge", "device memory in use", state.render.memory_used_bytes);
     metrics.add("device_memory_budget_bytes", "gauge", "device memory to use", state.device->memory_budget_bytes);
-    metrics.head("device_memory_part_bytes", "gauge", "device memory of all volumes, by what it holds");
+    metrics.head("device_memory_part_bytes", "gauge", "device memory by what it holds");
     for (const auto& [part, bytes] : state.memory_parts) {
       metrics.text += fmt::format("blockwalk_device_memory_part_bytes{{part=\"{}\"}} {}\n", part, bytes);
     }

@@ -345,11 +345,8 @@ void RenderThread::noteMemory() noexcept {
     const std::uint64_t used = renderer_->device().memory_used_bytes;
     if (used == status_.memory_used_bytes) return;  // written by this thread alone
     std::map<std::string, std::uint64_t> parts;
+    for (const PartTotal& part : renderer_->parts()) parts[part.what] += part.bytes;
     const std::lock_guard lock(mutex_);
-    for (const auto& [id, held] : volumes_) {
-      if (held.resident == nullptr) continue;
-      for (const ResidentPart& part : held.resident->parts()) parts[part.what] += part.bytes;
-    }
     memory_parts_ = std::move(parts);
     status_.memory_used_bytes = used;
     mailbox_.nudge();

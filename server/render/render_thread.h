@@ -102,11 +102,11 @@ class RenderThread {
   RenderStatus status() const;
   // Of the device that was opened last; null before there is one.
   std::shared_ptr<const DeviceInfo> device() const;
-  // Bytes on the device by what they are, over all volumes; of the last time that they changed.
+  // Bytes on the device by what they are; of the last time that they changed.
   std::map<std::string, std::uint64_t> memoryParts() const;
 
   // Cancels the piece under way and takes no further one. False when the thread has not ended in time, as the driver
-  // may hang; the process should then end without waiting.
+  // may hang, or when a device that hung was left behind; the process should then end without destroying anything.
   bool stop(std::chrono::milliseconds patience);
   // Waits for the thread and drops its jobs, unanswered. What is called afterwards does nothing.
   void end() noexcept;
