@@ -42,8 +42,8 @@ class Server {
   // Volumes that failed are tried again now.
   void reload();
 
-  // After run(). False when the render thread has not ended, as the driver hangs, say: the process should end without
-  // destroying the server.
+  // After run(). False when the render thread has not ended, or has left a device behind, as the driver hangs, say: the
+  // process should end without destroying the server.
   bool stopRendering();
 
  private:

@@ -18,6 +18,12 @@ struct DeviceLost : DeviceError {
   using DeviceError::DeviceError;
 };
 
+// It does not answer: what it was given may still be under way, write where it was told to, and keep who destroys it
+// waiting.
+struct DeviceHangs : DeviceLost {
+  using DeviceLost::DeviceLost;
+};
+
 // What was asked for did not fit; the device serves what is smaller. Bytes are 0 where the driver did not say.
 struct OutOfDeviceMemory : DeviceError {
   OutOfDeviceMemory(const std::string& detail, std::uint64_t needed, std::uint64_t free)

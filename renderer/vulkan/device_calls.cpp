@@ -70,7 +70,7 @@ void DeviceCalls::wait(const vk::raii::Device& device, vk::Fence fence) {
     }
     if (left.count() > 0) continue;
     lost_ = true;
-    throw DeviceLost(fmt::format("{}: a kernel hangs: no answer in {} ms", device_name_, longest_wait_.count()));
+    throw DeviceHangs(fmt::format("{}: a kernel hangs: no answer in {} ms", device_name_, longest_wait_.count()));
   }
   if (failure != vk::Result::eSuccess) fail(failure, kDoing);
   before(DeviceCall::wait, kDoing);

@@ -38,7 +38,7 @@ class DeviceCalls {
       fail(static_cast<vk::Result>(error.code().value()), doing);
     }
   }
-  // Until the fence is signalled. One that is not within the bound is that of a kernel that hangs: DeviceLost.
+  // Until the fence is signalled. One that is not within the bound is that of a kernel that hangs: DeviceHangs.
   void wait(const vk::raii::Device& device, vk::Fence fence);
 
   bool isLost() const { return lost_; }

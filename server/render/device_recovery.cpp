@@ -23,12 +23,32 @@ void withText(const std::exception_ptr& error, Use use) {
   }
 }
 
+bool hangs(const std::exception_ptr& error) {
+  try {
+    std::rethrow_exception(error);
+  } catch (const DeviceHangs&) {
+    return true;
+  } catch (...) {
+    return false;
+  }
+}
+
+template <typename Owned>
+void leaveBehind(std::unique_ptr<Owned>& owner) noexcept {
+  [[maybe_unused]] const Owned* left = owner.release();
+}
+
 }  // namespace
 
 // All that was on the device is gone. Frames begin anew once there is another and their volume is loaded again; what
 // was being loaded fails, as its file was taken.
-void RenderThread::recover(std::exception_ptr why) noexcept {
+void RenderThread::recover(std::exception_ptr why, std::unique_ptr<FrameInProgress> frame) noexcept {
   tell(DeviceState::lost);
+  if (hangs(why)) {
+    leaveBehind(frame);
+    abandon();
+  }
+  frame.reset();
   withText(why, [](const char* text) { spdlog::error("the device was lost, and is opened again: {}", text); });
   {
     const std::lock_guard lock(mutex_);
@@ -50,7 +70,17 @@ void RenderThread::recover(std::exception_ptr why) noexcept {
   loss_times_.back() = Clock::now();
   const bool in_short_order =
       loss_times_.front() != Clock::time_point() && loss_times_.back() - loss_times_.front() < kShortOrder;
-  if (in_short_order || !openAgain()) giveUp(why);
+  if (in_short_order || status_.abandoned >= kMaxLosses || !openAgain()) giveUp(why);
+}
+
+void RenderThread::abandon() noexcept {
+  const std::lock_guard lock(mutex_);
+  queue_.forEach([](Queue::Entry& entry) { leaveBehind(entry.job.frame); });
+  for (auto& [id, held] : volumes_) leaveBehind(held.resident);
+  leaveBehind(renderer_);
+  ++status_.abandoned;
+  spdlog::error("the device hangs: it is left behind with {} bytes on it, as device {} of at most {}",
+                status_.memory_used_bytes, status_.abandoned, kMaxLosses);
 }
 
 bool RenderThread::openAgain() noexcept {

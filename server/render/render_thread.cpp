@@ -105,7 +105,7 @@ bool RenderThread::stop(std::chrono::milliseconds patience) {
   stopping_ = true;
   if (running_ != nullptr && running_->job.order.frame.cancel) running_->job.order.frame.cancel->store(true);
   wake_.notify_all();
-  return wake_.wait_for(lock, patience, [this] { return ended_; });
+  return wake_.wait_for(lock, patience, [this] { return ended_; }) && status_.abandoned == 0;
 }
 
 void RenderThread::run() {
@@ -227,13 +227,13 @@ void RenderThread::takeTurn(Queue::Entry& entry) noexcept {
   }
   noteMemory();
   if (done) {
-    done->frame.reset();
+    if (!loss) done->frame.reset();
     if (done->is_load) finishLoad(done->order.volume, result.error != nullptr);
     result.took_ms = done->took_ms;
     result.waited_ms = done->waited_ms;
     done->order.done(std::move(result));
   }
-  if (loss) recover(loss);
+  if (loss) recover(loss, done ? std::move(done->frame) : nullptr);
 }
 
 // One piece. True while there is more to do.

@@ -4,7 +4,8 @@
 // and nothing leaves this thread as an exception.
 //
 // A device that is lost is opened again: volumes are then lost until they are loaded again under the same id, and
-// frames that were under way begin anew.
+// frames that were under way begin anew. One that hangs is left behind with all that is on it: nothing of it is freed,
+// as a kernel may still write there, and nothing of it destroyed, as the driver may never return from that.
 #pragma once
 
 #include <array>
@@ -65,6 +66,7 @@ struct RenderStatus {
   DeviceState state = DeviceState::opening;
   std::string error;  // gone: why
   std::uint64_t losses = 0;
+  std::size_t abandoned = 0;  // renderers that hung and were left behind
   std::uint64_t memory_used_bytes = 0;
   std::size_t jobs = 0;  // waiting or under way
 };
@@ -75,7 +77,7 @@ class RenderThread {
   // requests of a peer so many are under way at a time.
   static constexpr std::uint64_t kRequests = 0;
   static constexpr int kRequestsUnderWay = 4;
-  // So many losses within a minute end the server.
+  // So many losses within a minute end the server, and so many that hang in all.
   static constexpr std::size_t kMaxLosses = 3;
 
   // Begins with start(). The mailbox is nudged when status(), hold() or memoryParts() may have changed.
@@ -146,7 +148,8 @@ class RenderThread {
   std::exception_ptr breakVolume(VolumeId id, const char* reason) noexcept;
   void dropFrames(VolumeId id) noexcept;
   void letGo() noexcept;
-  void recover(std::exception_ptr why) noexcept;
+  void recover(std::exception_ptr why, std::unique_ptr<FrameInProgress> frame) noexcept;
+  void abandon() noexcept;
   void giveUp(std::exception_ptr why) noexcept;
   void noteMemory() noexcept;
   void tell(DeviceState state) noexcept;

@@ -43,9 +43,18 @@ struct FakeControl {
   std::atomic<std::int64_t> busy_us = 0;
   std::atomic<std::int64_t> small_busy_us = 0;
 
+  // Of the renderer that was told to hang: what is destroyed of it does not return while that is held.
+  std::atomic<bool> hold_destruction = false;
+  std::atomic<int> destroyed_hung = 0;
+  void destroy(int renderer) {
+    if (renderer != hung_) return;
+    ++destroyed_hung;
+    while (hold_destruction) std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+
   // The n-th call of the renderer from now on (load, begin or advance) throws this, and so do those after it, `times`
   // in all.
-  enum class Fault { none, lost, out_of_memory, bad_alloc, data };
+  enum class Fault { none, lost, hangs, out_of_memory, bad_alloc, data };
   void failCall(Fault fault, int n, int times = 1) {
     const std::lock_guard lock(mutex_);
     fault_ = fault;
@@ -61,6 +70,9 @@ struct FakeControl {
         return;
       case Fault::lost:
         throw DeviceLost("the fake device was told to be lost");
+      case Fault::hangs:
+        hung_ = opened.load();
+        throw DeviceHangs("the fake device was told to hang");
       case Fault::out_of_memory:
         throw OutOfDeviceMemory("the fake device was told to be full", 123456, 789);
       case Fault::bad_alloc:
@@ -94,11 +106,14 @@ struct FakeControl {
   Fault fault_ = Fault::none;
   int calls_left_ = 0;
   int faults_left_ = 0;
+  std::atomic<int> hung_ = 0;  // the number of the renderer
 };
 
 class FakeVolume final : public ResidentVolume {
  public:
-  explicit FakeVolume(VolumeFile file) : file_(std::move(file)) {}
+  FakeVolume(std::shared_ptr<FakeControl> control, int renderer, VolumeFile file)
+      : control_(std::move(control)), renderer_(renderer), file_(std::move(file)) {}
+  ~FakeVolume() override { control_->destroy(renderer_); }
   const VolumeInfo& info() const override { return file_.info(); }
   std::uint64_t deviceBytes() const override { return 1; }
   std::vector<ResidentPart> parts() const override {
@@ -110,12 +125,16 @@ class FakeVolume final : public ResidentVolume {
   }
 
  private:
+  std::shared_ptr<FakeControl> control_;
+  int renderer_;
   VolumeFile file_;
 };
 
 class FakeRenderer final : public Renderer {
  public:
-  explicit FakeRenderer(std::shared_ptr<FakeControl> control) : control_(std::move(control)) { ++control_->opened; }
+  explicit FakeRenderer(std::shared_ptr<FakeControl> control)
+      : control_(std::move(control)), number_(++control_->opened) {}
+  ~FakeRenderer() override { control_->destroy(number_); }
 
   DeviceInfo device() const override {
     return {.name = "fake", .driver = "none", .driver_version = "1", .api_version = "1", .kind = "software"};
@@ -124,12 +143,12 @@ class FakeRenderer final : public Renderer {
   std::unique_ptr<ResidentVolume> load(VolumeFile file) override {
     control_->call();
     ++control_->loads;
-    return std::make_unique<FakeVolume>(std::move(file));
+    return std::make_unique<FakeVolume>(control_, number_, std::move(file));
   }
 
   std::unique_ptr<FrameInProgress> begin(ResidentVolume& volume, FrameOrder order) override {
     control_->call();
-    return std::make_unique<FakeFrame>(*control_, volume, std::move(order));
+    return std::make_unique<FakeFrame>(*control_, number_, volume, std::move(order));
   }
 
   void forget(std::uint64_t owner) noexcept override { control_->addForgotten(owner); }
@@ -137,8 +156,8 @@ class FakeRenderer final : public Renderer {
  private:
   class FakeFrame final : public FrameInProgress {
    public:
-    FakeFrame(FakeControl& control, ResidentVolume& volume, FrameOrder order)
-        : control_(control), volume_(dynamic_cast<FakeVolume&>(volume)), order_(std::move(order)) {
+    FakeFrame(FakeControl& control, int renderer, ResidentVolume& volume, FrameOrder order)
+        : control_(control), renderer_(renderer), volume_(dynamic_cast<FakeVolume&>(volume)), order_(std::move(order)) {
       if (order_.prepare_only) return;
       const ResolvedView& view = order_.view;
       control_.samples = view.samples;
@@ -157,6 +176,7 @@ class FakeRenderer final : public Renderer {
     ~FakeFrame() override {
       if (!order_.prepare_only) --control_.under_way;
       if (holds_) --control_.holding;
+      control_.destroy(renderer_);
     }
 
     bool waits() const override { return waits_ && control_.holding >= control_.room; }
@@ -216,6 +236,7 @@ class FakeRenderer final : public Renderer {
     bool isCancelled() const { return order_.cancel != nullptr && *order_.cancel; }
 
     FakeControl& control_;
+    int renderer_;
     const FakeVolume& volume_;
     FrameOrder order_;
     int bands_ = 1;
@@ -226,6 +247,7 @@ class FakeRenderer final : public Renderer {
   };
 
   std::shared_ptr<FakeControl> control_;
+  int number_;
 };
 
 }  // namespace blockwalk

@@ -80,6 +80,44 @@ TEST(Recovery, ADeviceThatIsLostAgainAndAgainEndsTheServer) {
   EXPECT_EQ(server.join(), 1);
 }
 
+// A kernel may still write where it was told to, and the driver may never return from destroying what it uses.
+TEST(Recovery, ADeviceThatHangsIsLeftBehind) {
+  RunningServer server;
+  server.expectDeviceLeftBehind();
+  server.control().bands = 40;
+  server.control().band_ms = 5;
+  server.control().hold_destruction = true;
+  std::vector<WireClient> clients;
+  for (int i = 0; i < 2; ++i) {
+    clients.emplace_back(server.port());
+    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
+  }
+  EXPECT_TRUE(eventually([&] { return server.control().under_way == 2; }));
+  server.control().failCall(Fault::hangs, 1);
+  EXPECT_TRUE(eventually([&] { return server.control().opened == 2; })) << "nobody waits for what hangs";
+  std::map<int, int> statuses;
+  for (WireClient& client : clients) ++statuses[client.readReply().status];
+  EXPECT_EQ(statuses[200], 1);
+  EXPECT_EQ(statuses[503], 1);
+  EXPECT_EQ(server.control().destroyed_hung, 0);
+  server.control().hold_destruction = false;
+}
+
+TEST(Recovery, DevicesThatHangAreLeftBehindAFewTimes) {
+  RunningServer server;
+  server.expectDeviceLeftBehind();
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(eventually([&] { return i == 0 || get(server.port(), "/readyz").status == 200; }));
+    server.control().failCall(Fault::hangs, 1);
+    WireClient client(server.port());
+    client.send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
+    client.readReply();
+  }
+  EXPECT_EQ(server.join(), 1);
+  EXPECT_EQ(server.control().opened, 3);
+  EXPECT_EQ(server.control().destroyed_hung, 0);
+}
+
 TEST(Recovery, MemoryOfTheDeviceThatRunsOutIsThisRequestsAlone) {
   RunningServer server;
   for (int call = 1; call <= 2; ++call) {

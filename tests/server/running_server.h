@@ -30,6 +30,8 @@ class RunningServer {
   FakeControl& control() { return *control_; }
   void drain() { server_->drain(); }
   void reload() { server_->reload(); }
+  // A device hung: the server says that it left one behind.
+  void expectDeviceLeftBehind() { leaves_device_ = true; }
   int join();  // until run() ends: its status
   void waitReady();
 
@@ -38,6 +40,7 @@ class RunningServer {
   std::unique_ptr<Server> server_;
   std::uint16_t port_ = 0;
   int status_ = -1;
+  bool leaves_device_ = false;
   std::thread thread_;
 };
 
