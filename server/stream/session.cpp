@@ -6,7 +6,6 @@
 #include <boost/asio/co_spawn.hpp>
 #include <boost/beast/core/flat_buffer.hpp>
 #include <boost/beast/websocket.hpp>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "protocol/image_codec.h"
@@ -14,8 +13,10 @@
 #include "protocol/stream_messages.h"
 #include "server/http/routes.h"
 #include "server/signal.h"
+#include "server/stream/message_rate.h"
 #include "server/stream/outbox.h"
 #include "server/stream/pace.h"
+#include "server/stream/stream_view.h"
 
 namespace blockwalk {
 namespace {
@@ -26,11 +27,6 @@ using boost::system::error_code;
 
 constexpr int kMaxBadMessages = 256;  // in a row
 constexpr std::chrono::milliseconds kRoomTime{20};
-
-// Whether sums are kept between the steps of a refinement; else it has one step.
-bool keepsSums(const ViewChoices& view) {
-  return view.samples > 1 && std::int64_t{view.width} * view.height <= kMaxRefinedPixels;
-}
 
 // Open while it reads, draws and writes. Closing: what is under way is finished and the close frame written, while what
 // the client still sends is dropped. Gone: the client is, or cannot be served; nothing more is drawn or written.
@@ -66,9 +62,7 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   asio::awaitable<void> throttle(std::size_t bytes);
   asio::awaitable<void> paintOne(PaceStep step);
   ImageOrder orderOf(const PaceStep& step) const;
-  bool hasRoom(const PaceStep& step) const;
   Clock::time_point patienceEnd() const;
-  ResolvedView resolve(const View& view) const { return resolveView(view, *volume_->info); }
 
   const Counted place_;
   const Counted busy_;
@@ -77,13 +71,10 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   const std::shared_ptr<const ServedVolume> volume_;
   const Account account_;
   StreamPace pace_;
-  ImageRequest request_;
-  ResolvedView view_;  // the request's
+  StreamView view_;
   std::uint64_t last_seq_ = 0;
   int bad_messages_ = 0;
-  std::int64_t messages_in_second_ = 0;
-  std::int64_t bytes_in_second_ = 0;
-  Clock::time_point second_begin_{};
+  MessageRate rate_;
 
   // What is being drawn; without a flag, nothing is.
   PaceStep step_;
@@ -114,6 +105,7 @@ StreamSession::StreamSession(WebSocket socket, Services& services, std::shared_p
       pace_({.frames_in_flight = static_cast<int>(services.state.options.frames_in_flight),
              .fps = PaceLimits{}.fps,
              .max_bytes_per_second = {}}),
+      rate_(services.state.options.message_rate, services.state.options.message_bytes),
       paint_signal_(socket_.get_executor()),
       room_signal_(socket_.get_executor()),
       outbox_(socket_, services, [this] {
@@ -177,17 +169,8 @@ asio::awaitable<void> StreamSession::read() {
 
 // Reading pauses while the client sends more than it may, or takes no answers: TCP then slows it down.
 asio::awaitable<void> StreamSession::throttle(std::size_t bytes) {
-  const ServerOptions& options = services_.state.options;
-  const auto now = Clock::now();
-  if (now - second_begin_ >= std::chrono::seconds(1)) {
-    second_begin_ = now;
-    messages_in_second_ = bytes_in_second_ = 0;
-  }
-  const auto second_end = second_begin_ + std::chrono::seconds(1);
-  bytes_in_second_ += static_cast<std::int64_t>(bytes);
-  if (++messages_in_second_ >= options.message_rate || bytes_in_second_ >= options.message_bytes) {
-    while (state_ == State::open && Clock::now() < second_end) co_await room_signal_.wait(second_end);
-  }
+  const auto next = rate_.add(bytes, Clock::now());
+  while (state_ == State::open && Clock::now() < next) co_await room_signal_.wait(next);
   while (outbox_.isCrowded() && state_ == State::open) co_await room_signal_.wait();
 }
 
@@ -202,25 +185,20 @@ void StreamSession::take(std::string_view text) {
 }
 
 void StreamSession::apply(const ViewMessage& message) {
-  ImageRequest changed = request_;
-  ResolvedView resolved;
+  StreamView changed;
   try {
-    setViewFields(changed, message.members);
-    resolved = resolve(changed.view);
+    changed = view_.with(message.members, *volume_->info);
   } catch (const ViewError& error) {
     throw MessageError({.status = 400, .detail = error.what(), .field = error.field}, message.id);
   }
   const auto now = Clock::now();
-  const StillPicture still{
-      .quality = changed.quality, .samples = changed.view.samples, .in_steps = keepsSums(changed.view)};
-  if (!pace_.setView(message.id, still, now)) {
+  if (!pace_.setView(message.id, changed.stillPicture(), now)) {
     throw MessageError({.status = 400,
                         .detail = fmt::format("id: must be greater than {}, the newest view's", pace_.newestId()),
                         .field = "id"},
                        message.id);
   }
-  request_ = std::move(changed);
-  view_ = std::move(resolved);
+  view_ = std::move(changed);
   if (cancel_ && pace_.shouldCancel(step_, paint_begin_, now)) services_.frames.cancel(*cancel_);
   paint_signal_.notify();
 }
@@ -248,7 +226,7 @@ asio::awaitable<void> StreamSession::paint() {
       co_await paint_signal_.wait(std::min(step.when, patienceEnd()));
     } else if (outbox_.hasFrame()) {
       co_await paint_signal_.wait();
-    } else if (!hasRoom(step)) {
+    } else if (!services_.frames.hasRoom(account_, view_.drawn(step))) {
       co_await paint_signal_.wait(now + kRoomTime);
     } else {
       co_await paintOne(step);
@@ -263,43 +241,11 @@ Clock::time_point StreamSession::patienceEnd() const {
   return since ? *since + std::chrono::seconds(services_.state.options.send_time) : Clock::time_point::max();
 }
 
-int scaledSide(int side, double scale) { return std::max(1, static_cast<int>(std::lround(side * scale))); }
-
-bool StreamSession::hasRoom(const PaceStep& step) const {
-  ViewChoices drawn = request_.view;
-  if (step.kind == PaceStep::Kind::moving) {
-    drawn.width = scaledSide(drawn.width, step.scale);
-    drawn.height = scaledSide(drawn.height, step.scale);
-  }
-  return services_.frames.hasRoom(account_, drawn);
-}
-
 ImageOrder StreamSession::orderOf(const PaceStep& step) const {
-  ImageOrder order{.account = account_,
-                   .volume = volume_->number,
-                   .format = request_.format,
-                   .quality = step.quality,
-                   .frame = {.view = {}, .cancel = cancel_}};
-  if (!step.is_last) {
-    // JPEG is the quickest to make and send, but it has no opacity.
-    const bool opaque = request_.view.background[3] == 255;
-    if (request_.format == ImageFormat::png && opaque) order.format = ImageFormat::jpeg;
-    // Lossless WebP takes several times as long as lossy.
-    if (request_.format == ImageFormat::webp) order.quality = std::min(order.quality, kLosslessWebp - 1);
-  }
-  if (step.kind == PaceStep::Kind::still) {
-    order.frame.view = view_;
-    if (keepsSums(view_)) {
-      order.frame.step = SampleStep{.owner = account_.client, .begin = step.samples_begin, .end = step.samples_end};
-    }
-    return order;
-  }
-  View small = request_.view;
-  small.width = scaledSide(small.width, step.scale);
-  small.height = scaledSide(small.height, step.scale);
-  small.samples = 1;
-  order.frame.view = resolve(small);
-  order.frame.count = false;
+  ImageOrder order = view_.order(step, *volume_->info, account_.client);
+  order.account = account_;
+  order.volume = volume_->number;
+  order.frame.cancel = cancel_;
   return order;
 }
 
