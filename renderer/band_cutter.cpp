@@ -2,6 +2,7 @@
 #include "renderer/band_cutter.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "shaders/kernel_interface.h"
 #include "view/view.h"
@@ -9,7 +10,8 @@
 namespace blockwalk {
 namespace {
 
-constexpr int kMostGrowth = 4;  // from a band to the next, and from some samples to more
+constexpr int kMostGrowth = 4;       // from a band to the next, and from some samples to more
+constexpr int kFirstColumns = 1024;  // where nothing is known
 constexpr double kLongShare = 0.25;
 constexpr double kDecay = 0.9;  // of what was slow once, a frame
 constexpr std::size_t kMostTimes = 1024;
@@ -30,12 +32,32 @@ void BandCutter::cutRows() {
   // A cheap band of sky must not make the next one long.
   if (last_rows_ > 0) rows = std::min(rows, kMostGrowth * last_rows_);
   band_.row_count = std::min({rows, most_rows, limits_.height - band_.row_begin});
+  band_.column_begin = 0;
+  last_columns_ = 0;
+  slowest_of_rows_ = 0;
+  cutColumns();
+}
+
+void BandCutter::cutColumns() {
+  const int left = limits_.width - band_.column_begin;
+  int columns = left;
+  if (band_.row_count <= gpu::kGroupSide) {
+    if (ms_per_pixel_) {
+      const double pieces = std::round(*ms_per_pixel_ * band_.row_count * left / limits_.band_ms);
+      columns = static_cast<int>(std::ceil(left / std::max(pieces, 1.0)));
+    } else {
+      columns = std::min(left, kFirstColumns);
+    }
+    if (last_columns_ > 0) columns = std::min(columns, kMostGrowth * last_columns_);
+    columns = (columns + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide;
+  }
+  band_.column_count = std::min(columns, left);
   band_.sample_begin = limits_.sample_begin;
   band_.sample_count = 1;
 }
 
 bool BandCutter::ran(double ms) {
-  const double pixels = static_cast<double>(limits_.width) * band_.row_count;
+  const double pixels = static_cast<double>(band_.column_count) * band_.row_count;
   ms_per_pixel_ = std::max(ms, 1e-4) / (pixels * band_.sample_count);
   if (ms >= kLongShare * limits_.band_ms) slowest_ = std::max(slowest_, *ms_per_pixel_);
   total_ms_ += std::max(ms, 1e-4);
@@ -47,6 +69,14 @@ bool BandCutter::ran(double ms) {
     band_.sample_count = std::clamp(static_cast<int>(fitting), 1, limits_.sample_end - band_.sample_begin);
     return false;
   }
+  slowest_of_rows_ = std::max(slowest_of_rows_, *ms_per_pixel_);
+  band_.column_begin += band_.column_count;
+  if (band_.column_begin < limits_.width) {
+    last_columns_ = band_.column_count;
+    cutColumns();
+    return false;
+  }
+  ms_per_pixel_ = slowest_of_rows_;
   last_rows_ = band_.row_count;
   band_.row_begin += band_.row_count;
   if (!isDone()) cutRows();

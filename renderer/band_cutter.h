@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Cuts a frame into dispatches of about one time: bands of rows and, of many samples, some of a band's at a time.
+// Cuts a frame into dispatches of about one time: bands of rows and, of many samples, some of a band's at a time. Where
+// one row of workgroups takes longer than that, as in a wide picture, it is cut into columns.
 #pragma once
 
 #include <cstdint>
@@ -20,7 +21,7 @@ struct BandLimits {
   int sample_begin = 0;
   int sample_end = 1;
   double band_ms = 25;
-  std::optional<double> ms_per_pixel{};  // that is to be expected; none: the first band is one row of workgroups
+  std::optional<double> ms_per_pixel{};  // that is to be expected; none: it begins with a part of one row of workgroups
 };
 
 class BandCutter {
@@ -29,7 +30,7 @@ class BandCutter {
 
   // What comes next. There must be something.
   const Band& next() const { return band_; }
-  // It took so many device milliseconds. True where the band has all its samples.
+  // It took so many device milliseconds. True where the band's rows are whole, with all samples.
   bool ran(double ms);
   bool isDone() const { return band_.row_begin >= limits_.height; }
   // What to expect of the next frame: the slowest dispatch's that was not short, or the mean of all. Some must have
@@ -38,11 +39,14 @@ class BandCutter {
 
  private:
   void cutRows();
+  void cutColumns();
 
   BandLimits limits_;
   Band band_;
   int last_rows_ = 0;
+  int last_columns_ = 0;  // of these rows; 0: none yet
   std::optional<double> ms_per_pixel_;
+  double slowest_of_rows_ = 0;
   double slowest_ = 0;  // of those that took a good part of a band's time: the others mostly measure their own start
   double total_ms_ = 0;
   double total_pixels_ = 0;

@@ -31,8 +31,8 @@ BandRunner::BandRunner(Device& device, Kernels& kernels) : device_(device), kern
   fence_ = handle.createFence({});
 }
 
-void BandRunner::record(const Kernels::Kernel& kernel, const Plan& plan, int width, const Band& band,
-                        std::uint64_t params, vk::DescriptorSet instances) {
+void BandRunner::record(const Kernels::Kernel& kernel, const Plan& plan, const Band& band, std::uint64_t params,
+                        vk::DescriptorSet instances) {
   const bool ray_query = plan.key.queriesRays();
   commands_.bindPipeline(vk::PipelineBindPoint::eCompute, **kernel.pipeline);
   const auto& layout = kernels_.layout(ray_query);
@@ -59,17 +59,18 @@ void BandRunner::record(const Kernels::Kernel& kernel, const Plan& plan, int wid
                                   .sample_index = static_cast<gpu::uint>(sample),
                                   .row_stride = row_stride};
     commands_.pushConstants<gpu::PushConstants>(*layout, vk::ShaderStageFlagBits::eCompute, 0, push);
-    commands_.dispatch(groups(width), groups(band.row_count), 1);
+    commands_.dispatchBase(static_cast<std::uint32_t>(band.column_begin / gpu::kGroupSide), 0, 0,
+                           groups(band.column_count), groups(band.row_count), 1);
   }
 }
 
-double BandRunner::run(const Kernels::Kernel& kernel, const Plan& plan, int width, const Band& band,
-                       std::uint64_t params, vk::DescriptorSet instances) {
+double BandRunner::run(const Kernels::Kernel& kernel, const Plan& plan, const Band& band, std::uint64_t params,
+                       vk::DescriptorSet instances) {
   timestamps_.reset(0, kTimestampCount);
   commands_.reset();
   commands_.begin({.flags = vk::CommandBufferUsageFlagBits::eOneTimeSubmit});
   commands_.writeTimestamp(vk::PipelineStageFlagBits::eTopOfPipe, *timestamps_, kBandBegin);
-  record(kernel, plan, width, band, params, instances);
+  record(kernel, plan, band, params, instances);
   const vk::MemoryBarrier to_host{.srcAccessMask = vk::AccessFlagBits::eShaderWrite,
                                   .dstAccessMask = vk::AccessFlagBits::eHostRead};
   commands_.pipelineBarrier(vk::PipelineStageFlagBits::eComputeShader, vk::PipelineStageFlagBits::eHost, {}, to_host,

@@ -11,10 +11,12 @@
 
 namespace blockwalk {
 
-// Rows of the image, and samples of them that one submission draws.
+// Rows of the image, columns of them, and samples of those that one submission draws. Columns begin at a workgroup's.
 struct Band {
   int row_begin = 0;
   int row_count = 0;
+  int column_begin = 0;
+  int column_count = 0;
   int sample_begin = 0;
   int sample_count = 1;
 };
@@ -26,11 +28,11 @@ class BandRunner {
 
   // Device milliseconds. `params` is the address of the frame's gpu::FrameParams, `instances` what the plan's kernel
   // queries, if it does.
-  double run(const Kernels::Kernel& kernel, const Plan& plan, int width, const Band& band, std::uint64_t params,
+  double run(const Kernels::Kernel& kernel, const Plan& plan, const Band& band, std::uint64_t params,
              vk::DescriptorSet instances);
 
  private:
-  void record(const Kernels::Kernel& kernel, const Plan& plan, int width, const Band& band, std::uint64_t params,
+  void record(const Kernels::Kernel& kernel, const Plan& plan, const Band& band, std::uint64_t params,
               vk::DescriptorSet instances);
 
   Device& device_;

@@ -195,7 +195,7 @@ void PlannedFrame::drawOne() {
     buffers_.params.mappedAs<gpu::FrameParams>()[0].sums = kept_->sums.address() + first * kSumBytes;
   }
   const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
-  const double ms = tools_.bands.run(kernel_, plan_, frame_.width, band, buffers_.params.address(), set);
+  const double ms = tools_.bands.run(kernel_, plan_, band, buffers_.params.address(), set);
   frame_.stats.gpu_ms += ms;
   if (cutter_->ran(ms)) readBand(band);
 }

@@ -46,8 +46,10 @@ vk::raii::Pipeline KernelLayouts::make(const KernelName& name, const std::vector
       device_.createShaderModule({.codeSize = words.size() * sizeof(std::uint32_t), .pCode = words.data()});
   const vk::PipelineShaderStageCreateInfo stage{
       .stage = vk::ShaderStageFlagBits::eCompute, .module = *module, .pName = "main"};
-  return device_.createComputePipeline(
-      nullptr, vk::ComputePipelineCreateInfo{.stage = stage, .layout = *layout(name.key.queriesRays())});
+  return device_.createComputePipeline(nullptr,
+                                       vk::ComputePipelineCreateInfo{.flags = vk::PipelineCreateFlagBits::eDispatchBase,
+                                                                     .stage = stage,
+                                                                     .layout = *layout(name.key.queriesRays())});
 }
 
 }  // namespace blockwalk

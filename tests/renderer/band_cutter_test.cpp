@@ -21,35 +21,64 @@ std::vector<Band> cutAll(const BandLimits& limits, const Cost& cost) {
   return bands;
 }
 
-TEST(BandCutter, CoversEveryRowAndSampleOnceInOrder) {
+TEST(BandCutter, CoversEveryRowColumnAndSampleOnceInOrder) {
   for (const double ms_per_pixel : {1e-7, 1e-5, 1e-3, 1.0}) {
     const BandLimits limits{.width = 97, .height = 203, .sample_begin = 2, .sample_end = 9};
-    const auto cost = [&](const Band& band) { return ms_per_pixel * 97 * band.row_count * band.sample_count; };
-    int row = 0, sample = 2;
+    const auto cost = [&](const Band& band) {
+      return ms_per_pixel * band.column_count * band.row_count * band.sample_count;
+    };
+    int row = 0, column = 0, sample = 2;
     for (const Band& band : cutAll(limits, cost)) {
       EXPECT_EQ(band.row_begin, row);
+      EXPECT_EQ(band.column_begin, column);
       EXPECT_EQ(band.sample_begin, sample);
+      EXPECT_EQ(column % gpu::kGroupSide, 0);
       EXPECT_GT(band.row_count, 0);
+      EXPECT_GT(band.column_count, 0);
       sample += band.sample_count;
-      if (sample == 9) {
-        sample = 2;
-        row += band.row_count;
-      }
+      if (sample < 9) continue;
+      sample = 2;
+      column += band.column_count;
+      if (column < 97) continue;
+      column = 0;
+      row += band.row_count;
     }
     EXPECT_EQ(row, 203);
   }
 }
 
+// A row of workgroups of the widest picture would be six times as long.
+TEST(BandCutter, CutsWideRowsIntoColumns) {
+  constexpr double kMsPerPixel = 2.4e-3;
+  for (const std::optional<double> expected : {std::optional<double>(), std::optional(kMsPerPixel)}) {
+    const BandLimits limits{.width = 8192, .height = 64, .band_ms = 25, .ms_per_pixel = expected};
+    const auto cost = [](const Band& band) { return kMsPerPixel * band.column_count * band.row_count; };
+    const std::vector<Band> bands = cutAll(limits, cost);
+    for (const Band& band : bands) EXPECT_LE(cost(band), 1.5 * 25);
+    EXPECT_LE(bands.size(), 8u * 8u) << "and no finer than it has to";
+  }
+}
+
+// What is cheap at the end of some rows must not make the next ones long.
+TEST(BandCutter, TheNextRowsAreReckonedByTheSlowestColumns) {
+  const BandLimits limits{.width = 8192, .height = 256, .band_ms = 25, .ms_per_pixel = 2e-3};
+  const auto cost = [](const Band& band) {
+    return (band.column_begin < 6144 ? 2e-3 : 1e-6) * band.column_count * band.row_count;
+  };
+  for (const Band& band : cutAll(limits, cost)) EXPECT_LE(cost(band), 2 * 25);
+}
+
 TEST(BandCutter, BeginsWithOneRowOfGroupsWhereNothingIsKnown) {
   const BandLimits limits{.width = 1024, .height = 768};
   EXPECT_EQ(BandCutter(limits).next().row_count, gpu::kGroupSide);
+  EXPECT_EQ(BandCutter(limits).next().column_count, 1024);
 }
 
 TEST(BandCutter, NoBandTakesMuchLongerThanItsTimeWhereRowsCostTheSame) {
   constexpr double kMsPerPixel = 2e-3;
   for (const std::optional<double> expected : {std::optional<double>(), std::optional(kMsPerPixel)}) {
     const BandLimits limits{.width = 1024, .height = 768, .band_ms = 25, .ms_per_pixel = expected};
-    const auto cost = [](const Band& band) { return kMsPerPixel * 1024 * band.row_count; };
+    const auto cost = [](const Band& band) { return kMsPerPixel * band.column_count * band.row_count; };
     for (const Band& band : cutAll(limits, cost)) EXPECT_LE(cost(band), 2 * 25);
   }
 }
@@ -61,8 +90,9 @@ TEST(BandTimes, ACheapFrameDoesNotMakeTheNextOnesFirstBandLong) {
   const auto draw = [&](double ms_per_pixel) {
     const BandLimits limits{.width = 1024, .height = 768, .band_ms = 25, .ms_per_pixel = times.find(1, key)};
     BandCutter cutter(limits);
-    const double first = ms_per_pixel * 1024 * cutter.next().row_count;
-    while (!cutter.isDone()) cutter.ran(ms_per_pixel * 1024 * cutter.next().row_count * cutter.next().sample_count);
+    const double first = ms_per_pixel * cutter.next().column_count * cutter.next().row_count;
+    while (!cutter.isDone())
+      cutter.ran(ms_per_pixel * cutter.next().column_count * cutter.next().row_count * cutter.next().sample_count);
     times.note(1, key, cutter.expectedMsPerPixel());
     return first;
   };
@@ -92,7 +122,7 @@ TEST(BandTimes, AreAVolumesAndAKernelsOwn) {
 TEST(BandCutter, AShortBandSaysNothingOfTheNextFrame) {
   const auto run = [](const BandLimits& limits) {
     BandCutter cutter(limits);
-    while (!cutter.isDone()) cutter.ran(0.2 + 1e-5 * limits.width * cutter.next().row_count);
+    while (!cutter.isDone()) cutter.ran(0.2 + 1e-5 * cutter.next().column_count * cutter.next().row_count);
     return cutter.expectedMsPerPixel();
   };
   EXPECT_LT(run({.width = 1024, .height = 2049, .band_ms = 10, .ms_per_pixel = 1e-5}), 2e-5);
