@@ -10,12 +10,6 @@ namespace {
 // As many as are usually under way at once.
 constexpr std::size_t kMostIdle = 4;
 
-void growTo(Device& device, Buffer& buffer, std::uint64_t bytes, BufferUse use) {
-  if (buffer.bytes() >= bytes) return;
-  buffer = {};  // first: both may not fit
-  buffer = Buffer(device, bytes, use);
-}
-
 }  // namespace
 
 FrameBuffers FrameBufferPool::take(const Sizes& sizes) {

@@ -65,7 +65,12 @@ bool PlannedFrame::waits() const {
 // From a handler of what it threw.
 void PlannedFrame::defer() {
   shortage_ = std::current_exception();
+  // No sample was drawn: the sums are as the last step left them.
+  if (kept_ != nullptr && kept_->samples > 0) tools_.kept_sums.keep(std::move(kept_));
   letGo();
+  frame_.pixels = {};
+  frame_.values = {};
+  frame_.probes = {};
   next_need_ = 0;
   sample_begin_ = 0;
   ended_before_ = tools_.under_way.ended;
@@ -88,15 +93,21 @@ void PlannedFrame::describe() {
 
 bool PlannedFrame::advance() {
   const auto start = std::chrono::steady_clock::now();
-  if (waits() && !isCancelled()) std::rethrow_exception(shortage_);
-  hold();
-  bool more = true;
-  try {
-    more = advanceWork();
-  } catch (const OutOfDeviceMemory&) {
-    const bool draws = cutter_.has_value();  // and takes nothing more
-    if (draws || tools_.under_way.holding == 1) throw;
-    defer();
+  bool more = false;
+  if (isCancelled()) {
+    frame_.cancelled = true;
+  } else {
+    if (waits()) std::rethrow_exception(shortage_);
+    hold();
+    try {
+      more = advanceWork();
+    } catch (const OutOfDeviceMemory& error) {
+      const bool draws = cutter_.has_value();  // and takes nothing more
+      const bool fits_alone = error.needed_bytes <= tools_.device.info().memory_budget_bytes;
+      if (draws || !fits_alone || tools_.under_way.holding == 1) throw;
+      defer();
+      more = true;
+    }
   }
   frame_.stats.total_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   if (!more) finish();
@@ -104,10 +115,6 @@ bool PlannedFrame::advance() {
 }
 
 bool PlannedFrame::advanceWork() {
-  if (isCancelled()) {
-    frame_.cancelled = true;
-    return false;
-  }
   if (!makeResident()) return true;
   if (order_.prepare_only) return false;
   if (!is_begun_) begin();
@@ -139,9 +146,9 @@ void PlannedFrame::begin() {
   const ResolvedView& view = order_.view;
   const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
   tools_.device.memory().requireOfHost(pixels * kHostPixelBytes, "a picture");
-  values_.prepare(frame_);
-  if (order_.probe) frame_.probes.resize(pixels);
   if (plan_.is_blank) {
+    values_.prepare(frame_);
+    if (order_.probe) frame_.probes.resize(pixels);
     if (isPicture(view.output)) fillBackground(view, frame_);
     return;
   }
@@ -153,6 +160,8 @@ void PlannedFrame::begin() {
   kernel_ = tools_.kernels.choose(plan_.key, plan_.kernel);
   if (kernel_.general) frame_.stats.kernel = "general " + frame_.stats.kernel;
   bound_ = bind(view, volume_.info(), plan_, pins_);
+  values_.prepare(frame_);
+  if (order_.probe) frame_.probes.resize(pixels);
   bound_.build.rebuilt = made_region_;
   bound_.params.pixels = buffers_.pixels.address();
   bound_.params.sums = sums ? buffers_.sums.address() : 0;

@@ -34,10 +34,6 @@ double timed(Work&& work) {
   return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
 }
 
-void reserve(Device& device, Buffer& buffer, std::uint64_t bytes, BufferUse use) {
-  if (buffer.bytes() < bytes) buffer = Buffer(device, bytes, use);
-}
-
 }  // namespace
 
 glm::ivec3 macrocellDims(glm::ivec3 level_dims, int macrocell_voxels) {
@@ -184,8 +180,8 @@ std::unique_ptr<Making> ActiveRegions::makeRegion(const StoredVolume& volume, co
 
 void ActiveRegions::RegionMaking::prepareClassification() {
   const std::uint64_t macrocells = macrocellCount(dims_);
-  reserve(device_, scratch_.classified, macrocells, BufferUse::readback);
-  reserve(device_, scratch_.counter, sizeof(std::uint32_t), BufferUse::readback);
+  growTo(device_, scratch_.classified, macrocells, BufferUse::readback);
+  growTo(device_, scratch_.counter, sizeof(std::uint32_t), BufferUse::readback);
   made_->states = Buffer(device_, (macrocells + 3) / 4 * 4, BufferUse::resident);  // the render kernel reads words
   std::vector<glm::vec2> intervals;
   for (const RegionChannel& drawn : need_.region) {
@@ -264,7 +260,7 @@ bool ActiveRegions::RegionMaking::mergeBoxes() {
 
 // Of all that there are those are written that there is room for.
 void ActiveRegions::RegionMaking::beginFaces(std::uint64_t bytes) {
-  reserve(device_, scratch_.vertices, bytes, BufferUse::geometry);
+  growTo(device_, scratch_.vertices, bytes, BufferUse::geometry);
   scratch_.counter.mappedAs<std::uint32_t>()[0] = 0;
   axis_ = 0;
   slabs_ = slabsOf(dims_ + glm::ivec3(1, 0, 0));

@@ -90,17 +90,17 @@ AccelerationStructure buildBlockInstances(Device& device, const AccelerationStru
 std::unique_ptr<Making> makeGrid(Device& device, const StoredVolume& volume,
                                  std::shared_ptr<const ResidentVoxels> voxels) {
   return std::make_unique<BuiltOnHost<BlockGrid, BringGrid>>(
-      device, [voxels = std::move(voxels), block_voxels = volume.file->info().blockVoxels()] {
-        return buildBlockGrid(voxels->records, block_voxels);
+      device, [records = voxels->records, block_voxels = volume.file->info().blockVoxels()] {
+        return buildBlockGrid(*records, block_voxels);
       });
 }
 
 std::unique_ptr<Making> makeOctree(Device& device, const StoredVolume& volume, const Need& need,
                                    std::shared_ptr<const ResidentVoxels> voxels) {
   return std::make_unique<BuiltOnHost<Octree, BringOctree>>(
-      device, [voxels = std::move(voxels), file = volume.file, of_blocks = need.of_blocks] {
+      device, [records = voxels->records, file = volume.file, of_blocks = need.of_blocks] {
         std::vector<OctreeLeaf> leaves =
-            of_blocks ? blockLeaves(voxels->records) : subblockLeaves(voxels->records, file->info().block_side);
+            of_blocks ? blockLeaves(*records) : subblockLeaves(*records, file->info().block_side);
         if (file->info().channels.size() > 1) {
           for (OctreeLeaf& leaf : leaves) leaf.range_mask = kAllBins;
         }
@@ -113,7 +113,7 @@ std::unique_ptr<Making> makeInstances(Device& device, const StoredVolume& volume
   return makeAtOnce([&device, &unit_box, voxels = std::move(voxels), file = volume.file] {
     const bool alone = file->info().channels.size() == 1;
     auto made = std::make_unique<ResidentInstances>();
-    made->top = buildBlockInstances(device, unit_box, voxels->records, file->info().blockVoxels(), alone);
+    made->top = buildBlockInstances(device, unit_box, *voxels->records, file->info().blockVoxels(), alone);
     return made;
   });
 }

@@ -31,7 +31,7 @@ enum class Part : std::uint8_t {
   grid,              // what finders look in, of a level
   octree,
   instances,
-  macrocells,  // ranges of a channel in cells of a lattice over the level
+  macrocells,  // ranges of a channel in macrocells
   clusters,    // the active ones of those: as boxes, or the triangles around them
   boundary,
   sums,  // of samples: what a refinement goes on with

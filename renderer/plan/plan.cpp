@@ -59,7 +59,7 @@ void refuseWhatIsNotDefined(const ResolvedView& view, const VolumeInfo& info) {
 // A DDA counts tiles and macrocells in a float.
 constexpr std::uint64_t kMaxMacrocells = std::uint64_t{1} << 24;
 
-// Cells of some voxels in a level's box.
+// Cubes of some voxels in a level's box.
 std::uint64_t macrocellCount(const VolumeInfo& info, int level, int macrocell_voxels) {
   const glm::ivec3 dims = info.levels[static_cast<std::size_t>(level)].dims;
   std::uint64_t macrocells = 1;

@@ -2,28 +2,37 @@
 // What the host computes on a thread of its own, so that whoever waits for it can look up now and then.
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <functional>
 #include <future>
+#include <memory>
 #include <system_error>
+#include <thread>
+#include <utility>
 
 namespace blockwalk {
 
-// Ends with its thread: destroying it waits. What the work looks at must be its own or shared by it.
+// Threads of works under way, of the process: those that nobody waits for any more too.
+inline std::atomic<int> host_works{0};
+inline constexpr int kMostHostWorks = 8;
+
+// Destroying it does not wait: the work goes on, for nobody. What it looks at must be its own or shared by it, and of
+// the host alone: the device may be gone before it ends. Where as many threads as may be are at work it begins later.
 template <typename T>
 class HostWork {
  public:
-  explicit HostWork(std::function<T()> work) {
-    try {
-      result_ = std::async(std::launch::async, work);
-    } catch (const std::system_error&) {  // no thread to be had
-      result_ = std::async(std::launch::deferred, std::move(work));
-      result_.wait();
-    }
+  explicit HostWork(std::function<T()> work)
+      : task_(std::make_shared<std::packaged_task<T()>>(std::move(work))), result_(task_->get_future()) {
+    start();
   }
 
   // Waits a little, so that whoever asks again at once does not spin.
-  bool isReady() { return taken_ || result_.wait_for(std::chrono::milliseconds(5)) == std::future_status::ready; }
+  bool isReady() {
+    if (taken_) return true;
+    if (task_ != nullptr) start();
+    return result_.wait_for(std::chrono::milliseconds(5)) == std::future_status::ready;
+  }
   // Once it is ready. Throws what the work threw.
   T take() {
     taken_ = true;
@@ -31,6 +40,24 @@ class HostWork {
   }
 
  private:
+  void start() {
+    if (host_works.fetch_add(1) >= kMostHostWorks) {
+      --host_works;
+      return;
+    }
+    try {
+      std::thread([task = task_] {
+        (*task)();
+        --host_works;
+      }).detach();
+    } catch (const std::system_error&) {  // no thread to be had
+      --host_works;
+      (*task_)();
+    }
+    task_.reset();
+  }
+
+  std::shared_ptr<std::packaged_task<T()>> task_;  // until it has begun
   std::future<T> result_;
   bool taken_ = false;
 };

@@ -14,7 +14,7 @@ namespace blockwalk {
 struct ResidentVoxels final : Resident {
   std::vector<Buffer> chunks;                  // no block crosses from one to the next
   std::vector<std::uint64_t> block_addresses;  // on the device
-  Level records;                               // on the host, with the ranges of the apron where there is one
+  std::shared_ptr<const Level> records;        // on the host, with the ranges of the apron where there is one
   int exponent = 0;                            // of densities on the device (renderer/plan/density_scale.h)
 
   std::uint64_t bytes() const override {

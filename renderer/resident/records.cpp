@@ -62,9 +62,9 @@ class BlockMaking final : public Making {
  public:
   BlockMaking(Device& device, int block_voxels, std::shared_ptr<const ResidentVoxels> voxels)
       : voxels_(std::move(voxels)),
-        upload_(device, voxels_->records.blocks.size(), sizeof(gpu::GpuBlock),
+        upload_(device, voxels_->records->blocks.size(), sizeof(gpu::GpuBlock),
                 writeRecords([voxels = voxels_.get(), block_voxels](std::size_t i) {
-                  return gpuBlock(voxels->records.blocks[i], block_voxels, voxels->exponent,
+                  return gpuBlock(voxels->records->blocks[i], block_voxels, voxels->exponent,
                                   voxels->block_addresses[i]);
                 })) {}
   std::unique_ptr<Resident> advance() override {
@@ -85,15 +85,15 @@ class MaskMaking final : public Making {
  public:
   MaskMaking(Device& device, std::shared_ptr<const ResidentVoxels> voxels)
       : voxels_(std::move(voxels)),
-        upload_(device, voxels_->records.subblocks.size(), sizeof(gpu::GpuSubblock),
+        upload_(device, voxels_->records->subblocks.size(), sizeof(gpu::GpuSubblock),
                 writeRecords([voxels = voxels_.get()](std::size_t i) {
-                  return gpuSubblock(voxels->records.subblocks[i], voxels->exponent);
+                  return gpuSubblock(voxels->records->subblocks[i], voxels->exponent);
                 })) {}
   std::unique_ptr<Resident> advance() override {
     if (upload_.advance()) return nullptr;
     auto made = std::make_unique<ResidentMasks>();
     made->records = upload_.take();
-    made->count = static_cast<std::uint32_t>(voxels_->records.subblocks.size());
+    made->count = static_cast<std::uint32_t>(voxels_->records->subblocks.size());
     return made;
   }
   std::uint64_t bytes() const override { return upload_.bytes(); }

@@ -105,7 +105,9 @@ std::uint64_t Residency::evict(std::uint64_t bytes) {
     for (auto entry = entries_.end(); entry != entries_.begin() && freed < bytes;) {
       --entry;
       const std::uint64_t given = bytesOf(*entry);
-      if (given == 0 || isShared(entry->slot)) continue;
+      // What a frame that was cancelled began may hold much of the host, which a software device shares.
+      const bool is_begun = entry->slot->making != nullptr;
+      if ((given == 0 && !is_begun) || isShared(entry->slot)) continue;
       freed += given;
       entry = entries_.erase(entry);
       any = true;

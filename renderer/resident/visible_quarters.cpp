@@ -38,7 +38,7 @@ class VisibleQuarters::QuarterMaking final : public Making {
   }
 
   std::unique_ptr<Resident> advance() override {
-    const auto blocks = static_cast<std::uint32_t>(blocks_->voxels->records.blocks.size());
+    const auto blocks = static_cast<std::uint32_t>(blocks_->voxels->records->blocks.size());
     const vk::raii::Pipeline& kernel = kernels_.pipeline(key_);
     const gpu::VisibleQuartersPush push{.blocks = blocks_->records.address(),
                                         .masks = masks_->records.address(),

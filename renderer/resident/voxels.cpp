@@ -141,7 +141,10 @@ class VoxelMaking final : public Making {
     }
   }
 
-  void finish() { made_->records = opened_.apron ? opened_.apron->records() : std::move(opened_.records); }
+  void finish() {
+    made_->records =
+        std::make_shared<const Level>(opened_.apron ? opened_.apron->records() : std::move(opened_.records));
+  }
 
   Device& device_;
   std::shared_ptr<const VolumeFile> file_;

@@ -40,6 +40,12 @@ UseFlags flagsOf(BufferUse use) {
 
 }  // namespace
 
+void growTo(Device& device, Buffer& buffer, std::uint64_t bytes, BufferUse use) {
+  if (buffer.bytes() >= bytes) return;
+  buffer = {};  // first: both may not fit
+  buffer = Buffer(device, bytes, use);
+}
+
 Buffer::Buffer(Device& device, std::uint64_t bytes, BufferUse use)
     : device_(&device), bytes_(std::max<std::uint64_t>(bytes, 16)) {
   device.makeRoom(bytes_ + Memory::kGranule);
@@ -79,8 +85,14 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
   return *this;
 }
 
-// The buffer before what it is bound to.
+// The buffer before what it is bound to. Of a device that hangs both are left behind: a kernel may still write there.
 void Buffer::release() noexcept {
+  if (device_ != nullptr && device_->calls().hangs()) {
+    [[maybe_unused]] const auto left = buffer_.release();
+    [[maybe_unused]] const auto left_memory = piece_.own.release();
+    piece_ = {};
+    return;
+  }
   buffer_ = nullptr;
   if (piece_.memory) device_->memory().give(piece_);
   piece_ = {};

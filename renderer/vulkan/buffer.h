@@ -46,6 +46,9 @@ void uploadBytes(Device& device, const Buffer& target, std::uint64_t offset, std
                  const std::function<void(std::uint64_t, std::span<std::byte>)>& fill);
 void uploadBytes(Device& device, const Buffer& target, std::span<const std::byte> bytes);
 
+// Makes the buffer anew where it has fewer bytes.
+void growTo(Device& device, Buffer& buffer, std::uint64_t bytes, BufferUse use);
+
 // A resident buffer that holds `values`.
 template <typename T>
 Buffer uploadVector(Device& device, const std::vector<T>& values) {

@@ -274,7 +274,8 @@ void Device::makeRoom(std::uint64_t bytes) {
     return bytes > Memory::kMostSmallBytes ? std::min(of_budget, memory_->freeBytes()) : of_budget;
   };
   for (std::uint64_t left = free(); bytes > left; left = free()) {
-    if (reclaim(bytes - left)) continue;
+    // What can never fit is refused before anything gives way for it.
+    if (bytes <= budget && reclaim(bytes - left)) continue;
     throw OutOfDeviceMemory(fmt::format("{}: {} bytes are needed and {} free, {} of {} in use", info_.name, bytes, left,
                                         memory_->usedBytes(), budget),
                             bytes, left);
@@ -291,11 +292,18 @@ vk::raii::CommandBuffer Device::beginCommands() const {
   return std::move(buffers[0]);
 }
 
-void Device::endAndWait(const vk::raii::CommandBuffer& commands) const {
+void Device::endAndWait(vk::raii::CommandBuffer& commands) const {
   commands.end();
-  const vk::raii::Fence fence = calls_->guard(DeviceCall::create, "a fence", [&] { return device_.createFence({}); });
+  vk::raii::Fence fence = calls_->guard(DeviceCall::create, "a fence", [&] { return device_.createFence({}); });
   submit(commands, *fence);
-  wait(*fence);
+  try {
+    wait(*fence);
+  } catch (const DeviceHangs&) {
+    // What is still under way uses them: they are left behind with it.
+    [[maybe_unused]] const auto left_fence = fence.release();
+    [[maybe_unused]] const auto left_commands = commands.release();
+    throw;
+  }
 }
 
 void Device::submit(const vk::raii::CommandBuffer& commands, vk::Fence fence) const {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <utility>
 #include <vulkan/vulkan_raii.hpp>
 
 #include "renderer/device_options.h"
@@ -58,14 +59,14 @@ class Device {
   // Records with `record`, submits, and waits. For set-up work; frames have their own command buffers.
   template <typename Record>
   void submitAndWait(Record&& record) const {
-    const vk::raii::CommandBuffer commands = beginCommands();
-    record(commands);
+    vk::raii::CommandBuffer commands = beginCommands();
+    record(std::as_const(commands));
     endAndWait(commands);
   }
 
  private:
   vk::raii::CommandBuffer beginCommands() const;
-  void endAndWait(const vk::raii::CommandBuffer& commands) const;
+  void endAndWait(vk::raii::CommandBuffer& commands) const;
   void createInstance(const DeviceOptions& options);
   void choosePhysicalDevice(const DeviceOptions& options);
   void createDevice(const DeviceOptions& options);

@@ -69,7 +69,7 @@ void DeviceCalls::wait(const vk::raii::Device& device, vk::Fence fence) {
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     if (left.count() > 0) continue;
-    lost_ = true;
+    lost_ = hangs_ = true;
     throw DeviceHangs(fmt::format("{}: a kernel hangs: no answer in {} ms", device_name_, longest_wait_.count()));
   }
   if (failure != vk::Result::eSuccess) fail(failure, kDoing);

@@ -42,7 +42,8 @@ class DeviceCalls {
   void wait(const vk::raii::Device& device, vk::Fence fence);
 
   bool isLost() const { return lost_; }
-  std::chrono::milliseconds longestWait() const { return longest_wait_; }
+  // What was submitted may still be under way, and use what it was given.
+  bool hangs() const { return hangs_; }
 
  private:
   [[noreturn]] void fail(vk::Result result, std::string_view doing);
@@ -51,6 +52,7 @@ class DeviceCalls {
   std::function<DeviceFault(DeviceCall)> inject_;
   std::chrono::milliseconds longest_wait_;
   bool lost_ = false;
+  bool hangs_ = false;
 };
 
 }  // namespace blockwalk

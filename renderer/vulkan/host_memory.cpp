@@ -5,11 +5,14 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cinttypes>
 #include <cstdio>
+#include <cstring>
 #include <limits>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 namespace blockwalk {
 namespace {
@@ -31,21 +34,65 @@ std::optional<std::uint64_t> numberIn(const char* path, const char* format) {
 
 std::uint64_t difference(std::uint64_t whole, std::uint64_t used) { return whole > used ? whole - used : 0; }
 
+using Path = std::array<char, 512>;
+
+// False where it does not fit.
+template <typename... Parts>
+bool join(Path& path, const char* format, Parts... parts) {
+  const int length = std::snprintf(path.data(), path.size(), format, parts...);
+  return length >= 0 && static_cast<std::size_t>(length) < path.size();
+}
+
+// Of one group; nothing where it has no limit.
+std::optional<std::uint64_t> leftTo(const char* cgroups, const char* group) {
+  Path path;
+  const auto number = [&](const char* file, const char* format) {
+    return join(path, "%s%s/%s", cgroups, group, file) ? numberIn(path.data(), format) : std::nullopt;
+  };
+  const auto most = number("memory.max", "%" SCNu64);  // "max" is no number
+  const auto used = number("memory.current", "%" SCNu64);
+  if (!most || !used) return std::nullopt;
+  const std::uint64_t cached = number("memory.stat", "inactive_file %" SCNu64).value_or(0);
+  return difference(*most, difference(*used, cached));
+}
+
+// The process's group, "/a/b"; in a namespace of its own, "/".
+bool readGroup(const char* proc, Path& group) {
+  Path path;
+  if (!join(path, "%s/self/cgroup", proc)) return false;
+  const File file(std::fopen(path.data(), "re"), [](std::FILE* f) { return std::fclose(f); });
+  while (file && std::fgets(group.data(), static_cast<int>(group.size()), file.get()) != nullptr) {
+    constexpr std::string_view kUnified = "0::";  // the line of version 2
+    if (std::strncmp(group.data(), kUnified.data(), kUnified.size()) != 0) continue;
+    std::memmove(group.data(), group.data() + kUnified.size(), group.size() - kUnified.size());
+    group[std::strcspn(group.data(), "\n")] = '\0';
+    return group[0] == '/';
+  }
+  return false;
+}
+
 }  // namespace
 
-std::uint64_t freeHostBytes() {
+std::uint64_t freeHostBytes(const char* proc, const char* cgroups) {
   std::uint64_t free = std::numeric_limits<std::uint64_t>::max();
-  if (const auto kib = numberIn("/proc/meminfo", "MemAvailable: %" SCNu64)) free = std::min(free, *kib << 10);
+  Path path;
+  if (join(path, "%s/meminfo", proc)) {
+    if (const auto kib = numberIn(path.data(), "MemAvailable: %" SCNu64)) free = std::min(free, *kib << 10);
+  }
   rlimit limit{};
   if (getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY) {
     const auto pages = numberIn("/proc/self/statm", "%" SCNu64).value_or(0);
     const auto page_bytes = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
     free = std::min(free, difference(limit.rlim_cur, pages * page_bytes));
   }
-  const auto most = numberIn("/sys/fs/cgroup/memory.max", "%" SCNu64);  // "max" is no number
-  const auto used = numberIn("/sys/fs/cgroup/memory.current", "%" SCNu64);
-  if (most && used) free = std::min(free, difference(*most, *used));
-  return free;
+  Path group;
+  if (!readGroup(proc, group)) group[0] = '\0';
+  for (;;) {  // from the group to the root
+    if (const auto left = leftTo(cgroups, group.data())) free = std::min(free, *left);
+    char* const last = std::strrchr(group.data(), '/');
+    if (last == nullptr) return free;
+    *last = '\0';
+  }
 }
 
 }  // namespace blockwalk

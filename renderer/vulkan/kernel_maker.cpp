@@ -8,6 +8,8 @@
 #include <algorithm>
 #include <cstring>
 #include <exception>
+#include <iterator>
+#include <system_error>
 #include <utility>
 
 #include "renderer/driver.h"
@@ -53,15 +55,23 @@ void KernelMaker::ask(const KernelName& name) {
   const auto place = name.general
                          ? waiting_.begin()
                          : std::ranges::find_if(waiting_, [](const KernelName& other) { return !other.general; });
+  made_.reserve(made_.size() + kMostWaiting + 1);  // the thread takes no memory for what it hands over
   waiting_.insert(place, name);
   if (waiting_.size() > kMostWaiting) waiting_.pop_back();
-  if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+  try {
+    if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+  } catch (const std::system_error&) {
+    waiting_.clear();
+  }
   changed_.notify_all();
 }
 
 std::vector<KernelMaker::Made> KernelMaker::take() {
   const std::lock_guard lock(mutex_);
-  return std::exchange(made_, {});
+  if (made_.empty()) return {};
+  std::vector<Made> made(std::make_move_iterator(made_.begin()), std::make_move_iterator(made_.end()));
+  made_.clear();  // and keeps its memory
+  return made;
 }
 
 void KernelMaker::claim(const KernelName& name) {
@@ -96,10 +106,13 @@ KernelMaker::Made KernelMaker::make(const KernelName& name) try {
   device_.memory().requireOfHost(kKernelBytes, "a kernel");
   const std::vector<std::uint32_t> words = kernelWords(name);
   if (device_.isSoftware() && keepsKernels() && !name.key.queriesRays()) translate(name, words);
-  return {.name = name, .pipeline = layouts_.make(name, words), .failure = {}};
-} catch (const std::exception& error) {
+  return {.name = name, .pipeline = layouts_.make(name, words), .failure = nullptr};
+} catch (const DeviceLost&) {
   // Whoever draws goes on with the general kernel, and meets a lost device by itself.
-  return {.name = name, .pipeline = std::nullopt, .failure = error.what()};
+  bench_.reset();
+  return {.name = name, .pipeline = std::nullopt, .failure = std::current_exception()};
+} catch (...) {
+  return {.name = name, .pipeline = std::nullopt, .failure = std::current_exception()};
 }
 
 void KernelMaker::translate(const KernelName& name, const std::vector<std::uint32_t>& words) {

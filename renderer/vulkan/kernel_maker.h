@@ -9,10 +9,10 @@
 
 #include <condition_variable>
 #include <deque>
+#include <exception>
 #include <memory>
 #include <mutex>
 #include <optional>
-#include <string>
 #include <thread>
 #include <vector>
 
@@ -31,13 +31,14 @@ class KernelMaker {
   KernelMaker& operator=(const KernelMaker&) = delete;
 
   // A general kernel, which serves many views, goes before the specialised ones, and of those the newest first. Of more
-  // than kMostWaiting the oldest is forgotten; what is asked for twice is made once.
+  // than kMostWaiting the oldest is forgotten; what is asked for twice is made once. Where no thread can be had nothing
+  // is made.
   void ask(const KernelName& name);
 
   struct Made {
     KernelName name;
     std::optional<vk::raii::Pipeline> pipeline;
-    std::string failure;  // where there is none
+    std::exception_ptr failure;  // where there is none
   };
   // Those made since the last call.
   std::vector<Made> take();

@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
+#include <new>
 #include <utility>
 
 #include "volume/error.h"
@@ -117,12 +118,24 @@ Kernels::Pipeline Kernels::make(const KernelName& name) {
                                           [&] { return layouts_.make(name, kernelWords(name)); }));
 }
 
+// One that memory was not there for is asked for again with the next frame that wants it.
+void Kernels::noteFailure(const KernelMaker::Made& made) {
+  try {
+    std::rethrow_exception(made.failure);
+  } catch (const OutOfDeviceMemory&) {
+  } catch (const std::bad_alloc&) {
+  } catch (const std::exception& error) {
+    if (!failed_.insert(made.name).second) return;
+    device_.note(fmt::format("{}: no kernel '{}': {}", device_.name(), describe(made.name.key), error.what()));
+  }
+}
+
 void Kernels::takeMade() {
   for (KernelMaker::Made& made : maker_.take()) {
     if (made.pipeline) {
       if (!by_name_.contains(made.name)) keep(made.name, std::move(*made.pipeline));
-    } else if (failed_.insert(made.name).second) {
-      device_.note(fmt::format("{}: no kernel '{}': {}", device_.name(), describe(made.name.key), made.failure));
+    } else {
+      noteFailure(made);
     }
   }
 }

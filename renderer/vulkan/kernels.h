@@ -48,6 +48,7 @@ class Kernels {
   Pipeline keep(const KernelName& name, vk::raii::Pipeline pipeline);
   Pipeline make(const KernelName& name);
   void takeMade();
+  void noteFailure(const KernelMaker::Made& made);
   bool isAskedForAgain(const KernelKey& key);
 
   const Device& device_;

@@ -67,8 +67,6 @@ void Memory::refuseMoreThan(std::uint64_t free, std::uint64_t bytes, const char*
   throw OutOfDeviceMemory(fmt::format("{}: {} bytes are needed and {} free", what, bytes, free), bytes, free);
 }
 
-void Memory::require(std::uint64_t bytes, const char* what) const { refuseMoreThan(freeBytes(), bytes, what); }
-
 void Memory::requireOfHost(std::uint64_t bytes, const char* what) const {
   if (bytes <= kFromReserve) return;
   refuseMoreThan(lessReserve(freeHostBytes()), bytes, what);

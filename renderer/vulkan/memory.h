@@ -62,8 +62,6 @@ class Memory {
   Piece take(const vk::MemoryRequirements& needs, std::uint32_t type, BufferUse use);
   void give(Piece& piece) noexcept;
 
-  // Throws OutOfDeviceMemory where the largest device-local heap has not so many bytes and the reserve.
-  void require(std::uint64_t bytes, const char* what) const;
   // Throws OutOfDeviceMemory where the host has not so many bytes and the reserve, for what is about to take them
   // there: pixels, a compiler's work. A few MB pass always. Any thread.
   void requireOfHost(std::uint64_t bytes, const char* what) const;

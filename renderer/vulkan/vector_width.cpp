@@ -111,15 +111,19 @@ std::string processorName() { return "unknown"; }
 double measureWideVectors() { return 1; }
 #endif
 
+constexpr int kMostProcessors = 64;
+
 double rememberedWideVectors(const std::filesystem::path& file) {
   const std::string processor = processorName();
   std::ifstream in(file);
   std::string line;
-  while (std::getline(in, line)) {
+  std::string others;  // one home may serve machines of several kinds
+  for (int count = 0; count < kMostProcessors && std::getline(in, line); ++count) {
     const std::size_t tab = line.find('\t');
-    if (tab == std::string::npos || line.substr(0, tab) != processor) continue;
+    if (tab == std::string::npos) continue;
     const double gain = std::strtod(line.c_str() + tab + 1, nullptr);
-    if (gain > 0) return gain;
+    if (gain > 0 && line.compare(0, tab, processor) == 0) return gain;
+    if (gain > 0) others += line + '\n';
   }
   const double gain = measureWideVectors();
   // Beside it and renamed: two processes may start at once, and each leaves a whole file.
@@ -127,7 +131,7 @@ double rememberedWideVectors(const std::filesystem::path& file) {
   std::error_code failure;
   {
     std::ofstream out(beside);
-    out << fmt::format("{}\t{:.3f}\n", processor, gain);
+    out << fmt::format("{}\t{:.3f}\n{}", processor, gain, others);
     out.close();
     if (!out) {
       std::filesystem::remove(beside, failure);

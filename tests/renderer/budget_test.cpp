@@ -216,6 +216,33 @@ TEST_F(BudgetTest, FramesThatFitOnlyOneAfterTheOtherAllEnd) {
   for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(frames[i]->finish().pixels, expected[i].pixels) << i;
 }
 
+// It is refused at once, beside whom it may be, and nothing gives way for it.
+TEST_F(BudgetTest, WhatCanNeverFitNeitherWaitsNorDrivesAnythingOut) {
+  const auto file = buildFile(*makeSynthetic({.type = VoxelType::f32, .dims = {120, 110, 100}, .seed = 5}));
+  View fine, coarse;
+  fine.width = fine.height = coarse.width = coarse.height = 24;
+  fine.level = 0;
+  coarse.level = 1;
+  coarse.height = 3000;  // many bands
+  start(file, 0);
+  renderer_->render(*volume_, coarse, {});
+  start(file, used() + (std::uint64_t{64} << 10));
+  renderer_->render(*volume_, coarse, {});
+  const auto once = made();
+  const auto holder = renderer_->begin(*volume_, {.view = resolveView(coarse, volume_->info())});
+  ASSERT_TRUE(holder->advance());
+  const auto frame = renderer_->begin(*volume_, {.view = resolveView(fine, volume_->info())});
+  EXPECT_THROW(
+      {
+        while (frame->advance()) ASSERT_FALSE(frame->waits());
+      },
+      OutOfDeviceMemory);
+  while (holder->advance()) {
+  }
+  renderer_->render(*volume_, coarse, {});
+  EXPECT_EQ(made(), once);
+}
+
 TEST_F(BudgetTest, WhereTheInstancesDoNotFitTheGridServesAndNothingIsTriedAgain) {
   if (!renderer().device().ray_query) GTEST_SKIP() << "this device has no ray queries";
   BuildOptions small_blocks;
