@@ -211,8 +211,7 @@ void Server::Parts::lookAtRenderer() {
 }
 
 void Server::Parts::closeStreamsOf(const ServedVolume& volume) {
-  const auto streams = services.streams;  // one may end meanwhile
-  for (OpenStream* stream : streams) {
+  for (OpenStream* stream : services.streams) {  // none ends before this returns
     if (&stream->volume() == &volume) stream->volumeReplaced();
   }
 }
@@ -265,8 +264,7 @@ void Server::Parts::startDrain() {
   state.draining = true;
   error_code ignored;  // it may be closed already
   acceptor.close(ignored);
-  const auto streams = services.streams;  // goAway() may take one out
-  for (OpenStream* stream : streams) stream->goAway();
+  for (OpenStream* stream : services.streams) stream->goAway();  // none ends before this returns
   drain_timer.expires_after(std::chrono::seconds(state.options.drain_time));
   drain_timer.async_wait([this](error_code error) {
     if (error) return;

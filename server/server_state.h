@@ -40,7 +40,6 @@ struct ServerCounters {
 struct ServerCounts {
   Count connections;
   Count sessions;
-  Count image_jobs;
 };
 
 struct ServerState {

@@ -129,7 +129,10 @@ asio::awaitable<bool> VolumeKeeper::load() {
   }
   services_.catalog.setReady(index_, served);
   spdlog::info("volume {}: ready", entry().id);
-  if (old != nullptr && old != served && services_.on_replaced) services_.on_replaced(*old);
+  if (old != nullptr && old != served) {
+    services_.renderer.retire(old->number);
+    if (services_.on_replaced) services_.on_replaced(*old);
+  }
   co_return true;
 }
 
@@ -186,6 +189,7 @@ void VolumeKeeper::fail(const std::string& reason) {
     return;
   }
   spdlog::error("volume {}: {}", entry().id, reason);
+  if (served != nullptr) services_.renderer.giveUp(served->number, reason);
   services_.catalog.setFailed(index_, reason);
 }
 

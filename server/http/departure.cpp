@@ -28,9 +28,8 @@ DepartureWatch::~DepartureWatch() {
 bool DepartureWatch::isGone(State& state) {
   const WireStream::Peer peer = state.stream->peerState();
   if (peer != WireStream::Peer::ended_sending) return peer == WireStream::Peer::gone;
-  if (state.stream->isTls()) return true;
-  const bool is_first = !std::exchange(state.has_half_closed, true);
-  return is_first && state.takes_interim && !state.stream->sendNow(kInterim);
+  if (state.stream->isTls() || !state.takes_interim) return true;
+  return !std::exchange(state.has_half_closed, true) && !state.stream->sendNow(kInterim);
 }
 
 void DepartureWatch::lookLater(std::shared_ptr<State> state) {

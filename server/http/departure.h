@@ -12,9 +12,9 @@ namespace blockwalk {
 
 // Calls `on_gone` once when the client has closed, looking every 50 ms: whether it has sent more, which pipelining may,
 // says nothing. A client that ended its sending with its request may have closed whole, or half and waits for the
-// reply: an interim reply (102, RFC 9110, 15.2) is sent once, which a socket that is closed answers with a reset. Of
-// HTTP/1.0, which knows no interim replies, it is believed to wait; through TLS nobody half closes. The stream must
-// outlive it.
+// reply: an interim reply (102, RFC 9110, 15.2) is sent once, which a socket that is closed answers with a reset.
+// HTTP/1.0 knows no interim replies, and through TLS nobody half closes: there the end of sending is the end. The
+// stream must outlive it.
 class DepartureWatch {
  public:
   DepartureWatch(WireStream& stream, int http_version, std::function<void()> on_gone);

@@ -47,6 +47,9 @@ std::string replyHead(const HttpReply& reply);
 // Whether a comma separated list has this token, without case.
 bool hasToken(std::string_view list, std::string_view token);
 
+// Without spaces and tabs around it.
+std::string_view withoutSpace(std::string_view text);
+
 // Equal without case, ASCII.
 bool equalNames(std::string_view a, std::string_view b);
 

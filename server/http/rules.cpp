@@ -139,12 +139,6 @@ struct MediaRange {
   bool is_wanted = true;  // its weight is not 0
 };
 
-std::string_view trimmedSpace(std::string_view text) {
-  const std::size_t begin = text.find_first_not_of(" \t");
-  if (begin == std::string_view::npos) return {};
-  return text.substr(begin, text.find_last_not_of(" \t") - begin + 1);
-}
-
 // Is this a weight of 0? What is no weight is not.
 bool isZeroWeight(std::string_view weight) {
   return weight == "0" || (weight.starts_with("0.") && weight.find_first_not_of('0', 2) == std::string_view::npos);
@@ -166,9 +160,9 @@ std::string_view takeUpTo(std::string_view& text, std::string_view separators) {
 
 MediaRange takeMediaRange(std::string_view& list) {
   std::string_view item = takeUpTo(list, ",");
-  MediaRange range{.type = trimmedSpace(takeUpTo(item, ";"))};
+  MediaRange range{.type = withoutSpace(takeUpTo(item, ";"))};
   while (!item.empty()) {
-    std::string_view value = trimmedSpace(takeUpTo(item, ";"));
+    std::string_view value = withoutSpace(takeUpTo(item, ";"));
     const std::string_view name = takeUpTo(value, "=");
     if (equalNames(name, "q")) range.is_wanted = !isZeroWeight(value);
   }

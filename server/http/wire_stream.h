@@ -69,7 +69,6 @@ class WireStream {
   ~WireStream();
 
   executor_type get_executor() { return tcp_->get_executor(); }
-  Tcp& tcp() { return *tcp_; }
   Tcp::socket_type& socket() { return tcp_->socket(); }
   void expires_after(std::chrono::nanoseconds time) { tcp_->expires_after(time); }
   void expires_never() { tcp_->expires_never(); }

@@ -49,23 +49,26 @@ void RenderThread::recover(std::exception_ptr why, std::unique_ptr<FrameInProgre
     abandon();
   }
   frame.reset();
+  endFrames();
   withText(why, [](const char* text) { spdlog::error("the device was lost, and is opened again: {}", text); });
   {
     const std::lock_guard lock(mutex_);
     ++status_.losses;
     queue_.forEach([&](Queue::Entry& entry) {
-      entry.job.frame.reset();
       if (!entry.job.is_load || entry.job.file) return;
+      const auto held = volumes_.find(entry.job.order.volume);
+      if (held != volumes_.end()) held->second.hold = VolumeHold::lost;
       RenderResult failed;
       failed.error = why;
       queue_.remove(entry).order.done(std::move(failed));
     });
     for (auto& [id, held] : volumes_) {
-      held.resident.reset();
-      if (held.hold == VolumeHold::resident) held.hold = VolumeHold::lost;
+      if (held.hold != VolumeHold::resident) continue;
+      held.hold = held.retired ? VolumeHold::broken : VolumeHold::lost;
+      if (held.retired) held.reason = "was replaced";  // so short that it takes no memory
     }
   }
-  renderer_.reset();
+  endAll();
   std::rotate(loss_times_.begin(), loss_times_.begin() + 1, loss_times_.end());
   loss_times_.back() = Clock::now();
   const bool in_short_order =

@@ -3,6 +3,9 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
+#include <utility>
+
 namespace blockwalk {
 namespace {
 
@@ -36,6 +39,7 @@ void RenderThread::end() noexcept {
 
 void RenderThread::submit(const Account& account, RenderJob job) {
   const std::lock_guard lock(mutex_);
+  if (ended_) return;
   queue_.add(account, {.order = std::move(job)});
   wake_.notify_all();
 }
@@ -45,6 +49,7 @@ void RenderThread::load(VolumeId id, VolumeFile file, Answer<RenderResult> done)
                    .prepare_only = true,
                    .cancel = std::make_shared<std::atomic<bool>>(false)};
   const std::lock_guard lock(mutex_);
+  if (ended_) return;
   Held& held = volumes_[id];
   held.file = file.path();
   // Peer 0 is the house: what it loads has the share of one peer.
@@ -74,6 +79,21 @@ void RenderThread::forget(std::uint64_t owner) {
   const std::lock_guard lock(mutex_);
   forgotten_.push_back(owner);
   wake_.notify_all();
+}
+
+void RenderThread::giveUp(VolumeId id, const std::string& reason) {
+  const std::lock_guard lock(mutex_);
+  const auto held = volumes_.find(id);
+  if (held == volumes_.end() || held->second.hold == VolumeHold::resident) return;
+  held->second.reason = reason;
+  held->second.hold = VolumeHold::broken;
+  wake_.notify_all();
+}
+
+void RenderThread::retire(VolumeId id) noexcept {
+  const std::lock_guard lock(mutex_);
+  const auto held = volumes_.find(id);
+  if (held != volumes_.end()) held->second.retired = true;
 }
 
 std::pair<VolumeHold, std::string> RenderThread::hold(VolumeId id) const {
@@ -132,12 +152,44 @@ void RenderThread::run() {
   }
   // Frames end before their volumes, and those before the renderer. The orders stay, for whoever waits to be destroyed
   // with them.
+  endAll();
   const std::lock_guard lock(mutex_);
-  queue_.forEach([](Queue::Entry& entry) { entry.job.frame.reset(); });
-  for (auto& [id, held] : volumes_) held.resident.reset();
-  renderer_.reset();
   ended_ = true;
   wake_.notify_all();
+}
+
+// Without the lock, one after the other: a frame, a volume or a device may take long to end.
+void RenderThread::endAll() noexcept {
+  endFrames();
+  for (;;) {
+    std::unique_ptr<ResidentVolume> ended;
+    {
+      const std::lock_guard lock(mutex_);
+      const auto held = std::ranges::find_if(volumes_, [](const auto& of) { return of.second.resident != nullptr; });
+      if (held == volumes_.end()) break;
+      ended = std::move(held->second.resident);
+    }
+  }
+  renderer_.reset();
+}
+
+void RenderThread::endFrames() noexcept {
+  dropFrames([](const Queue::Entry&) { return true; });
+}
+
+// As endAll().
+template <typename Which>
+void RenderThread::dropFrames(Which which) noexcept {
+  for (;;) {
+    std::unique_ptr<FrameInProgress> ended;
+    {
+      const std::lock_guard lock(mutex_);
+      queue_.forEach([&](Queue::Entry& entry) {
+        if (ended == nullptr && which(std::as_const(entry))) ended = std::move(entry.job.frame);
+      });
+    }
+    if (ended == nullptr) return;
+  }
 }
 
 void RenderThread::openDevice() {
@@ -170,13 +222,19 @@ RenderThread::Queue::Entry* RenderThread::nextTurn() {
 }
 
 bool RenderThread::mayRun(const Queue::Entry& entry) {
-  if (entry.job.frame != nullptr) return !entry.job.frame->waits();
-  // Who waits for memory is not passed by newcomers that would take it.
-  bool anyone_waits = false;
+  const auto now = Clock::now();
+  if (entry.job.frame != nullptr) {
+    // Who waits too long is refused by its turn.
+    return !entry.job.frame->waits() || (entry.job.waits_since && now - *entry.job.waits_since > kLongestRoomWait);
+  }
+  // Who waits for memory is not passed by newcomers, who would take it, for as long as a frame usually takes; and now
+  // and then again. Whoever has the memory may take much longer, and that holds up nobody else.
+  bool holds_back = false;
   queue_.forEach([&](const Queue::Entry& other) {
-    anyone_waits = anyone_waits || (other.job.frame != nullptr && other.job.frame->waits());
+    const bool waits = other.job.waits_since && other.job.frame != nullptr && other.job.frame->waits();
+    holds_back = holds_back || (waits && (now - *other.job.waits_since) % kHoldBackEvery < kHoldBack);
   });
-  if (anyone_waits) return false;
+  if (holds_back) return false;
   if (entry.job.is_load) return true;
   const auto held = volumes_.find(entry.job.order.volume);
   if (held != volumes_.end() && (held->second.hold == VolumeHold::loading || held->second.hold == VolumeHold::lost)) {
@@ -200,6 +258,11 @@ void RenderThread::takeTurn(Queue::Entry& entry) noexcept {
   bool is_done = true;
   try {
     is_done = !advance(job, result.frame);
+    if (is_done || !job.frame->waits()) {
+      job.waits_since.reset();
+    } else if (!job.waits_since) {
+      job.waits_since = Clock::now();
+    }
   } catch (const DeviceLost&) {
     loss = result.error = std::current_exception();
   } catch (const ViewError&) {
@@ -258,9 +321,10 @@ void RenderThread::startFrame(Job& job) {
     std::unique_ptr<ResidentVolume> loaded = renderer_->load(std::move(*job.file));
     job.file.reset();
     const std::lock_guard lock(mutex_);
-    Held& held = volumes_.at(job.order.volume);
-    held.resident = std::move(loaded);
-    resident = held.resident.get();
+    const auto held = volumes_.find(job.order.volume);
+    if (held == volumes_.end()) throw VolumeError("it was let go while it was loaded");
+    held->second.resident = std::move(loaded);
+    resident = held->second.resident.get();
   } else {
     const std::lock_guard lock(mutex_);
     const auto held = volumes_.find(job.order.volume);
@@ -282,22 +346,22 @@ void RenderThread::finishLoad(VolumeId id, bool failed) noexcept {
   mailbox_.nudge();
 }
 
-void RenderThread::dropFrames(VolumeId id) noexcept {
-  queue_.forEach([&](Queue::Entry& entry) {
-    if (entry.job.order.volume == id && &entry != running_) entry.job.frame.reset();
-  });
-}
-
 // What the device holds of the volume is let go: some of it may not be what the file said. Returns the error for
 // whoever asked.
 std::exception_ptr RenderThread::breakVolume(VolumeId id, const char* reason) noexcept {
+  dropFrames([&](const Queue::Entry& entry) { return entry.job.order.volume == id && &entry != running_; });
   std::unique_ptr<ResidentVolume> dropped;
   std::exception_ptr error;
   {
     const std::lock_guard lock(mutex_);
     const auto held = volumes_.find(id);
-    BLOCKWALK_CHECK((held == volumes_.end()), ==, false);  // only letGo() takes them out
-    dropFrames(id);
+    if (held == volumes_.end()) {  // it was let go meanwhile
+      try {
+        return std::make_exception_ptr(VolumeError(reason));
+      } catch (...) {
+        return std::current_exception();
+      }
+    }
     dropped = std::move(held->second.resident);
     held->second.hold = VolumeHold::broken;
     try {
@@ -323,11 +387,10 @@ void RenderThread::letGo() noexcept {
     has_unloads_ = false;
     for (auto held = volumes_.begin(); held != volumes_.end();) {
       const auto current = held++;
-      if (!current->second.unload) continue;
-      dropFrames(current->first);
-      unloaded.insert(volumes_.extract(current));
+      if (current->second.unload) unloaded.insert(volumes_.extract(current));
     }
   }
+  dropFrames([&](const Queue::Entry& entry) { return unloaded.contains(entry.job.order.volume); });
   for (const std::uint64_t owner : forgotten) {
     try {
       renderer_->forget(owner);

@@ -4,8 +4,9 @@
 // and nothing leaves this thread as an exception.
 //
 // A device that is lost is opened again: volumes are then lost until they are loaded again under the same id, and
-// frames that were under way begin anew. One that hangs is left behind with all that is on it: nothing of it is freed,
-// as a kernel may still write there, and nothing of it destroyed, as the driver may never return from that.
+// frames that were under way begin anew, but for the one whose turn it was, which fails. One that hangs is left behind
+// with all that is on it: nothing of it is freed, as a kernel may still write there, and nothing of it destroyed, as
+// the driver may never return from that.
 #pragma once
 
 #include <array>
@@ -77,6 +78,10 @@ class RenderThread {
   // requests of a peer so many are under way at a time.
   static constexpr std::uint64_t kRequests = 0;
   static constexpr int kRequestsUnderWay = 4;
+  // Who finds no memory holds newcomers back so long, and as often; and is refused after the last.
+  static constexpr std::chrono::milliseconds kHoldBack{200};
+  static constexpr std::chrono::seconds kHoldBackEvery{2};
+  static constexpr std::chrono::seconds kLongestRoomWait{30};
   // So many losses within a minute end the server, and so many that hang in all.
   static constexpr std::size_t kMaxLosses = 3;
 
@@ -96,6 +101,10 @@ class RenderThread {
   void wake() noexcept;
   // Jobs of the volume fail, and what the device holds of it is let go.
   void unload(VolumeId id) noexcept;
+  // It will not be loaded again by itself: its jobs fail with the reason, unless it is resident.
+  void giveUp(VolumeId id, const std::string& reason);
+  // Its content was replaced: should the device be lost, its jobs fail.
+  void retire(VolumeId id) noexcept;
   // What the renderer keeps for this owner of refinements is let go.
   void forget(std::uint64_t owner);
 
@@ -125,6 +134,7 @@ class RenderThread {
     double waited_ms = 0;
     double took_ms = 0;
     bool is_load = false;
+    std::optional<Clock::time_point> waits_since = {};  // for memory
   };
   using Queue = FairQueue<Job>;
 
@@ -132,6 +142,7 @@ class RenderThread {
     VolumeHold hold = VolumeHold::loading;
     std::string reason = {};
     bool unload = false;
+    bool retired = false;
     std::filesystem::path file = {};
     std::unique_ptr<ResidentVolume> resident = {};  // the thread's own
   };
@@ -146,7 +157,10 @@ class RenderThread {
   void startFrame(Job& job);
   void finishLoad(VolumeId id, bool failed) noexcept;
   std::exception_ptr breakVolume(VolumeId id, const char* reason) noexcept;
-  void dropFrames(VolumeId id) noexcept;
+  template <typename Which>
+  void dropFrames(Which which) noexcept;
+  void endFrames() noexcept;
+  void endAll() noexcept;
   void letGo() noexcept;
   void recover(std::exception_ptr why, std::unique_ptr<FrameInProgress> frame) noexcept;
   void abandon() noexcept;

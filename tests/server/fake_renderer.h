@@ -35,10 +35,11 @@ struct FakeControl {
   std::atomic<int> loads = 0;           // volumes
   std::atomic<int> most_under_way = 0;  // frames begun and neither finished nor given up
   std::atomic<int> under_way = 0;
-  std::atomic<int> room = 0;     // not 0: of so many frames at a time; others wait, as FrameInProgress::waits() says
-  std::atomic<int> holding = 0;  // of those that have room
-  std::atomic<int> waited = 0;   // frames that found none
-  std::atomic<int> out_of_turn = 0;  // advanced while they waited
+  std::atomic<int> room = 0;  // not 0: of so many frames at a time; others wait, as FrameInProgress::waits() says
+  std::atomic<int> needs_no_room_below = 0;  // pixels of a frame that finds all it needs
+  std::atomic<int> holding = 0;              // of those that have room
+  std::atomic<int> waited = 0;               // frames that found none
+  std::atomic<int> out_of_turn = 0;          // advanced while they waited
   // Time of bands; and of those of frames that are no larger than 64x48.
   std::atomic<std::int64_t> busy_us = 0;
   std::atomic<std::int64_t> small_busy_us = 0;
@@ -188,7 +189,8 @@ class FakeRenderer final : public Renderer {
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
         return true;
       }
-      if (control_.room != 0 && !holds_ && !isCancelled()) {
+      const bool needs_room = order_.view.width * order_.view.height >= control_.needs_no_room_below;
+      if (control_.room != 0 && needs_room && !holds_ && !isCancelled()) {
         if (waits()) ++control_.out_of_turn;
         holds_ = control_.holding < control_.room;
         if (!holds_) {

@@ -199,5 +199,35 @@ TEST(Room, WhoWaitsForMemoryIsNeitherTurnedNorPassed) {
   EXPECT_LE(server.control().most_under_way, 2);  // the one that has the room, and the one that waits for it
 }
 
+// Whoever has the memory may take long: only who needs it waits for that.
+TEST(Room, ALongFrameAndWhoWaitsForItsMemoryHoldUpNobodyElse) {
+  RunningServer server;
+  server.control().band_ms = 5;
+  server.control().bands = 1000;
+  server.control().room = 1;
+  const auto ask = [&](WireClient& client, int fov) {
+    client.send(fmt::format("GET {}?size=64x64&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPath, fov));
+  };
+  WireClient holder(server.port());
+  ask(holder, 20);
+  ASSERT_TRUE(eventually([&] { return server.control().holding == 1; }));
+  WireClient waiter(server.port());
+  ask(waiter, 21);
+  ASSERT_TRUE(eventually([&] { return server.control().waited == 1; }));
+  // The others' memory is there.
+  server.control().needs_no_room_below = 64 * 64;
+  server.control().bands = 1;
+  double longest_ms = 0;
+  for (int i = 0; i < 20; ++i) {
+    const auto begin = std::chrono::steady_clock::now();
+    EXPECT_EQ(get(server.port(), fmt::format("{}?size=32x32&fov={}", kRockPath, 30 + i)).status, 200);
+    longest_ms = std::max(longest_ms,
+                          std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count());
+  }
+  EXPECT_LT(longest_ms, 500);
+  EXPECT_EQ(server.control().out_of_turn, 0);
+  EXPECT_EQ(server.control().holding, 1);
+}
+
 }  // namespace
 }  // namespace blockwalk
