@@ -24,6 +24,7 @@
 
 #include "clients/cli/usage_error.h"
 #include "protocol/json_text.h"
+#include "volume/plain_text.h"
 
 namespace blockwalk {
 namespace {
@@ -118,9 +119,9 @@ bool isOfView(std::string_view field) {
   const auto problem = nlohmann::json::parse(response.body(), nullptr, false);
   const auto text = [&](const char* member) {
     const bool found = problem.is_object() && problem.contains(member) && problem[member].is_string();
-    return found ? problem[member].get<std::string>() : std::string();
+    return found ? plainText(problem[member].get<std::string>()) : std::string();  // it goes to a terminal
   };
-  const std::string detail = text("detail").empty() ? std::string(response.reason()) : text("detail");
+  const std::string detail = text("detail").empty() ? plainText(response.reason()) : text("detail");
   const std::string field = text("field");
   if (response.result() == http::status::bad_request && isOfView(field)) throw ViewError(field, detail);
   const bool needs_token = response.result() == http::status::unauthorized;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cctype>
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -116,7 +118,14 @@ struct RenderCommand {
     for (int i = 0; i < repeat; ++i) {
       // Counting takes time of its own: what is timed again and again counts in its last frame alone.
       const bool count = !stats_file.empty() && i == repeat - 1;
-      frame = renderer->render(*volume, wanted.view, {.count = count});
+      try {
+        frame = renderer->render(*volume, wanted.view, {.count = count});
+      } catch (const DeviceHangs& error) {
+        // Nothing on it can be destroyed: that might never return.
+        fmt::print(stderr, "blockwalk: {}\n", error.what());
+        std::fflush(stderr);
+        std::_Exit(1);
+      }
       times.gpu_ms.push_back(frame.stats.gpu_ms);
       times.total_ms.push_back(frame.stats.total_ms);
     }
