@@ -200,7 +200,11 @@ WebPConfig webpConfig(int quality) {
 }
 
 [[noreturn]] void failWebp(WebPEncodingError error) {
-  if (error == VP8_ENC_ERROR_OUT_OF_MEMORY || error == VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY) throw std::bad_alloc();
+  // WebPMemoryWrite fails for memory alone, and some allocations leave no error behind.
+  for (const auto of_memory :
+       {VP8_ENC_OK, VP8_ENC_ERROR_OUT_OF_MEMORY, VP8_ENC_ERROR_BITSTREAM_OUT_OF_MEMORY, VP8_ENC_ERROR_BAD_WRITE}) {
+    if (error == of_memory) throw std::bad_alloc();
+  }
   failData("webp: libwebp refused the image (error {})", static_cast<int>(error));
 }
 
