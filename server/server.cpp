@@ -124,6 +124,7 @@ struct Server::Parts {
       pool->stop();
       pool->join();
     }
+    frames.end();
   }
 
   void addLoop(std::function<asio::awaitable<void>()> body);

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "server/render/frame_maker.h"
 
-#include <boost/asio/post.hpp>
 #include <chrono>
 
 #include "protocol/image_codec.h"
@@ -21,9 +20,10 @@ PixelRoom::Use useOf(const Account& account) {
 }
 
 struct EncodeResult {
-  Bytes image;
+  Bytes image{};
   double ms = 0;
-  std::exception_ptr error;
+  bool cancelled = false;
+  std::exception_ptr error{};
 };
 
 // Raw is the frame itself; else the frame goes once it is encoded, so that a picture is there once.
@@ -78,12 +78,31 @@ boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
   state_.counters.render_time.add(rendered.took_ms / 1000);
   state_.counters.wait_time.add(rendered.waited_ms / 1000);
   auto frame = std::make_shared<const Frame>(std::move(rendered.frame));
+  const bool is_request = useOf(order.account) == PixelRoom::Use::request;
+  EncodeQueue::Place* place = nullptr;
   const auto encode = [&](Answer<EncodeResult> done) {
-    asio::post(encoders_, [frame = std::move(frame), format = order.format, quality = order.quality,
-                           done = std::move(done)]() mutable { done(encodeTimed(std::move(frame), format, quality)); });
+    // Whose client has left since is not encoded; a stream's frame that is late is still its newest.
+    const auto given_up = is_request ? order.frame.cancel : nullptr;
+    auto work = [frame = std::move(frame), format = order.format, quality = order.quality, given_up,
+                 done = std::move(done)](std::exception_ptr error) mutable {
+      if (given_up != nullptr && *given_up) {
+        done({.cancelled = true});
+      } else if (error) {
+        done({.error = std::move(error)});
+      } else {
+        done(encodeTimed(std::move(frame), format, quality));
+      }
+    };
+    place = &encodes_.add(order.account, order.format, std::int64_t{made.width} * made.height, std::move(work));
   };
   EncodeResult encoded = co_await awaitResult<EncodeResult>(mailbox_, encode);
+  if (place != nullptr) encodes_.finish(*place, encoded.ms);
   if (encoded.error) std::rethrow_exception(encoded.error);
+  made.cancelled = encoded.cancelled;
+  if (made.cancelled) {
+    ++state_.counters.cancelled_frames;
+    co_return made;
+  }
   state_.counters.encode_time.add(encoded.ms / 1000);
   made.encode_ms = encoded.ms;
   made.image = std::move(encoded.image);

@@ -10,6 +10,7 @@
 
 #include "protocol/view_fields.h"
 #include "server/bytes.h"
+#include "server/render/encode_queue.h"
 #include "server/render/pixel_room.h"
 #include "server/render/render_thread.h"
 #include "server/server_state.h"
@@ -37,7 +38,10 @@ struct MadeFrame {
 class FrameMaker {
  public:
   FrameMaker(ServerState& state, Mailbox& mailbox, RenderThread& renderer, boost::asio::thread_pool& encoders)
-      : state_(state), mailbox_(mailbox), renderer_(renderer), encoders_(encoders) {}
+      : state_(state),
+        mailbox_(mailbox),
+        renderer_(renderer),
+        encodes_(encoders, static_cast<std::size_t>(state.options.encode_threads)) {}
 
   // May a frame of this size be ordered now?
   bool hasRoom(const Account& account, const ViewChoices& view) const;
@@ -49,12 +53,14 @@ class FrameMaker {
   // What is kept for this client's refinements is let go.
   void forget(std::uint64_t client) { renderer_.forget(client); }
   std::uint64_t newClient() { return ++last_client_; }
+  // After the encoders have ended: what they have not encoded is dropped, unanswered.
+  void end() noexcept { encodes_.end(); }
 
  private:
   ServerState& state_;
   Mailbox& mailbox_;
   RenderThread& renderer_;
-  boost::asio::thread_pool& encoders_;
+  EncodeQueue encodes_;
   std::uint64_t last_client_ = 0;
 };
 

@@ -45,13 +45,13 @@ class Sharing : public testing::Test {
     return longest_gap;
   }
 
-  void loop(const std::string& size, bool keep_alive) {
-    loops_.emplace_back([this, size, keep_alive, number = loops_.size()] {
+  void loop(const std::string& size, bool keep_alive, const std::string& format = "raw") {
+    loops_.emplace_back([this, size, keep_alive, format, number = loops_.size()] {
       std::optional<WireClient> client;
       for (int i = 0; !over_; ++i) {
         if (!client || !keep_alive) client.emplace(server_.port());
-        client->send(fmt::format("GET {}?size={}&format=raw&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPath,
-                                 size, 20 + (i + static_cast<int>(number)) % 50));
+        client->send(fmt::format("GET {}?size={}&format={}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPath, size,
+                                 format, 20 + (i + static_cast<int>(number)) % 50));
         while (!over_ && !client->hasBytes()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
         if (over_) return;
         if (client->readReply().status == 200) continue;
@@ -100,6 +100,16 @@ TEST_F(Sharing, BesideSixtyFourAtOnce) {
   for (int i = 0; i < 64; ++i) loop("2048x2048", true);
   expectItsShare();
   EXPECT_LE(server_.control().most_under_way, RenderThread::kRequestsUnderWay + 1);
+}
+
+// Two of them would have both threads, for a second and more each.
+TEST_F(Sharing, BesideLargePicturesThatTakeLongToEncode) {
+  server_.control().bands = 1;
+  server_.control().band_ms = 1;
+  server_.control().band_pixels = 0;
+  for (int i = 0; i < 6; ++i) loop("2048x2048", true, "webp&quality=100");
+  ASSERT_TRUE(eventually([&] { return server_.control().finished >= 4; }));
+  EXPECT_LT(watch(5), 0.6);
 }
 
 std::string metricLine(std::uint16_t port, const std::string& name) {
