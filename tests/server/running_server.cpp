@@ -29,9 +29,11 @@ std::filesystem::path scratchFolder() {
   return scratch.folder;
 }
 
-std::filesystem::path sampleVolume(const std::string& name) {
-  const auto file = scratchFolder() / (name + ".bwv");
-  if (!std::filesystem::exists(file)) buildVolume(*openDemo(name, 48), file, {});
+std::filesystem::path sampleVolume(const std::string& name, int side) {
+  const auto folder = scratchFolder() / std::to_string(side);
+  std::filesystem::create_directories(folder);
+  const auto file = folder / (name + ".bwv");
+  if (!std::filesystem::exists(file)) buildVolume(*openDemo(name, side), file, {});
   return file;
 }
 

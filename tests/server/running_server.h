@@ -14,7 +14,7 @@
 namespace blockwalk {
 
 // A small volume file, made once for the whole test program: "rock", rgba8; "smoke", f32.
-std::filesystem::path sampleVolume(const std::string& name);
+std::filesystem::path sampleVolume(const std::string& name, int side = 48);
 
 // A folder of this test program's own, removed at its end.
 std::filesystem::path scratchFolder();

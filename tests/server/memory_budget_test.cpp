@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// The daemon with less device memory than all that it is asked for needs: parts give way, frames wait for each other,
+// and only what does not fit alone is refused.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <regex>
+#include <thread>
+
+#include "tests/server/daemon_process.h"
+#include "tests/server/running_server.h"
+#include "tests/server/stream/view_message.h"
+
+namespace blockwalk {
+namespace {
+
+constexpr std::uint64_t kSlack = std::uint64_t{256} << 10;  // of what frames need besides the parts that they share
+
+std::uint64_t metric(std::uint16_t port, const std::string& name) {
+  const std::string text = get(port, "/metrics").body;
+  const std::size_t at = text.find("\nblockwalk_" + name + " ");
+  return at == std::string::npos ? 0 : std::stoull(text.substr(at + name.size() + 12));
+}
+
+class MemoryBudget : public testing::Test {
+ protected:
+  void SetUp() override { ASSERT_TRUE(std::filesystem::exists(kDaemon)) << "build the target blockwalkd"; }
+
+  void start(std::vector<std::string> volumes, std::uint64_t budget) {
+    std::vector<std::string> arguments{"--listen", "127.0.0.1:0"};
+    if (budget > 0) arguments.insert(arguments.end(), {"--memory-budget", std::to_string(budget)});
+    for (const std::string& name : volumes) arguments.push_back(sampleVolume(name, 96).string());
+    daemon_ = std::make_unique<DaemonProcess>(arguments);
+    port_ = daemon_->port();
+    ASSERT_NE(port_, 0);
+    ASSERT_TRUE(eventually([&] { return get(port_, "/readyz").status == 200; }));
+  }
+  std::uint64_t used() const { return metric(port_, "device_memory_used_bytes"); }
+
+  void end() {
+    daemon_->signal(SIGTERM);
+    EXPECT_EQ(daemon_->wait(), 0) << daemon_->seen();
+  }
+
+  std::unique_ptr<DaemonProcess> daemon_;
+  std::uint16_t port_ = 0;
+};
+
+TEST_F(MemoryBudget, ManyViewsOfTwoVolumesAreAllDrawnWithinIt) {
+  std::vector<std::string> views;
+  for (const char* name : {"rock", "smoke"}) {
+    for (const int level : {0, 1}) {
+      for (const char* filter : {"nearest", "linear"}) {
+        for (const char* finder : {"grid", "octree", "query"}) {
+          views.push_back(fmt::format("/api/v1/volumes/{}/image?size=48x48&format=raw&level={}&filter={}&finder={}",
+                                      name, level, filter, finder));
+        }
+      }
+    }
+  }
+  start({"rock", "smoke"}, 0);
+  std::vector<std::string> expected;
+  for (const std::string& view : views) {
+    const WireReply reply = get(port_, view);
+    ASSERT_EQ(reply.status, 200) << view << reply.body;
+    expected.push_back(reply.body);
+  }
+  const std::uint64_t everything = used();
+  EXPECT_GT(metric(port_, "device_memory_part_bytes{part=\"voxels\"}"), everything / 2);
+
+  const std::uint64_t budget = everything * 2 / 3;
+  start({"rock", "smoke"}, budget);
+  EXPECT_EQ(metric(port_, "device_memory_budget_bytes"), budget);
+  const std::uint64_t failed = metric(port_, "failed_requests_total");  // before it was ready
+  std::atomic<bool> over = false;
+  std::uint64_t most = 0;
+  std::thread observer([&] {
+    while (!over) most = std::max(most, used());
+  });
+  std::vector<std::thread> clients;
+  for (std::size_t client = 0; client < 4; ++client) {
+    clients.emplace_back([&, client] {
+      for (std::size_t i = 0; i < 2 * views.size(); ++i) {
+        const std::size_t number = (i * 5 + client * 7) % views.size();  // each in an order of its own
+        const WireReply reply = get(port_, views[number]);
+        EXPECT_EQ(reply.status, 200) << views[number] << reply.body;
+        EXPECT_EQ(reply.body == expected[number], true) << views[number];
+      }
+    });
+  }
+  StreamClient stream(port_, "rock");
+  stream.readText("hello");
+  for (int id = 1; id <= 40; ++id) {
+    stream.sendText(viewMessage(
+        id, fmt::format(R"("size":[48,48],"filter":"{}","level":{})", id % 2 == 0 ? "linear" : "nearest", id / 2 % 2)));
+    nlohmann::json frame = stream.readFrame();
+    if (frame["id"] == id - 1) frame = stream.readFrame();  // that one's still picture
+    EXPECT_EQ(frame["id"], id);                             // an error would come in its place
+  }
+  for (std::thread& client : clients) client.join();
+  over = true;
+  observer.join();
+  EXPECT_LE(most, budget);
+  EXPECT_GT(most, budget / 2) << "it is used";
+  EXPECT_EQ(metric(port_, "failed_requests_total"), failed);
+  end();
+}
+
+TEST_F(MemoryBudget, AViewThatAloneNeedsMoreIsRefusedWithWhatItNeeds) {
+  start({"rock"}, 0);
+  const std::uint64_t loaded = used();
+  const std::string view = "/api/v1/volumes/rock/image?size=48x48&format=raw&level=0&filter=";
+  const WireReply fine = get(port_, view + "nearest");
+  ASSERT_EQ(get(port_, view + "linear").status, 200);
+  ASSERT_GT(used(), loaded + 2 * kSlack) << "it needs what the others do not";
+
+  const std::uint64_t budget = loaded + kSlack;
+  start({"rock"}, budget);
+  for (int round = 0; round < 2; ++round) {
+    const WireReply refused = get(port_, view + "linear");
+    EXPECT_EQ(refused.status, 503) << refused.body;
+    std::smatch numbers;
+    const std::string body = refused.body;
+    ASSERT_TRUE(std::regex_search(body, numbers, std::regex("(\\d+) bytes are needed, (\\d+) are free"))) << body;
+    EXPECT_GT(std::stoull(numbers[1]), std::stoull(numbers[2]));
+    EXPECT_LE(std::stoull(numbers[2]), budget);
+    EXPECT_LE(used(), budget);
+    const WireReply drawn = get(port_, view + "nearest");
+    EXPECT_EQ(drawn.status, 200) << drawn.body;
+    EXPECT_EQ(drawn.body == fine.body, true);
+  }
+  end();
+}
+
+}  // namespace
+}  // namespace blockwalk
