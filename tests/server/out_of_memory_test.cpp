@@ -33,35 +33,40 @@ namespace {
 std::atomic<int> allocations_left{-1};  // of threads that are not exempt, until one fails; negative: none does
 std::atomic<std::uint32_t> failures_in_million{0};  // at random, of threads that are not exempt
 std::atomic<std::uint64_t> failures{0};
+constexpr std::size_t kPictureBytes = std::size_t{4} << 20;
+std::atomic<std::uint64_t> large_allocations{0};  // of threads that are not exempt
 thread_local bool is_exempt = false;
 thread_local std::uint64_t random_state = 0x9e3779b97f4a7c15u;
 
-bool failsNow() {
+bool fails(std::size_t size) {
   if (is_exempt) return false;
-  bool fails = false;
-  if (allocations_left.load(std::memory_order_relaxed) >= 0) fails = allocations_left.fetch_sub(1) == 0;
+  if (size >= kPictureBytes) ++large_allocations;
+  bool is_failing = false;
+  if (allocations_left.load(std::memory_order_relaxed) >= 0) is_failing = allocations_left.fetch_sub(1) == 0;
   if (const std::uint32_t rate = failures_in_million.load(std::memory_order_relaxed); rate > 0) {
     random_state ^= random_state << 13;
     random_state ^= random_state >> 7;
     random_state ^= random_state << 17;
-    fails = fails || random_state % 1000000 < rate;
+    is_failing = is_failing || random_state % 1000000 < rate;
   }
-  if (fails) {
+  if (is_failing) {
     ++failures;
     errno = ENOMEM;
   }
-  return fails;
+  return is_failing;
 }
 
 }  // namespace
 
-extern "C" void* malloc(std::size_t size) { return failsNow() ? nullptr : __libc_malloc(size); }
+extern "C" void* malloc(std::size_t size) { return fails(size) ? nullptr : __libc_malloc(size); }
 extern "C" void* calloc(std::size_t count, std::size_t size) {
-  return failsNow() ? nullptr : __libc_calloc(count, size);
+  return fails(size) ? nullptr : __libc_calloc(count, size);
 }
-extern "C" void* realloc(void* memory, std::size_t size) { return failsNow() ? nullptr : __libc_realloc(memory, size); }
+extern "C" void* realloc(void* memory, std::size_t size) {
+  return fails(size) ? nullptr : __libc_realloc(memory, size);
+}
 extern "C" void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  return failsNow() ? nullptr : __libc_memalign(alignment, size);
+  return fails(size) ? nullptr : __libc_memalign(alignment, size);
 }
 #endif
 
@@ -137,6 +142,25 @@ TEST(OutOfMemory, TheEndOfADocumentTakesNone) {
   EXPECT_EQ(failures, 0u);
   text.back() = '}';  // fails half way
   EXPECT_THROW(parseJson(text, limits), JsonError);
+}
+
+// Neither encoding as it is nor a message of a stream copies a picture: --max-megapixels counts it once.
+TEST(Memory, ARawPictureIsThereOnce) {
+  RunningServer server;
+  is_exempt = true;
+  StreamClient stream(server.port(), "rock");
+  stream.readText("hello");
+  large_allocations = 0;
+  stream.sendText(viewMessage(1, R"("size":[1024,1024],"format":"raw")"));
+  while (!stream.readFrame()["final"].get<bool>()) {
+  }
+  EXPECT_EQ(stream.lastImageBytes(), kPictureBytes);
+  EXPECT_EQ(large_allocations, 1u);
+  large_allocations = 0;
+  const WireReply reply = get(server.port(), "/api/v1/volumes/rock/image?size=1024x1024&format=raw");
+  EXPECT_EQ(reply.body.size(), kPictureBytes);
+  EXPECT_EQ(large_allocations, 1u);
+  is_exempt = false;
 }
 
 class OutOfMemoryAtRandom : public testing::TestWithParam<std::uint32_t> {};

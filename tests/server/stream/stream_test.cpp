@@ -96,6 +96,23 @@ TEST(Stream, WebpIsWebpMovingAndStill) {
   } while (frame["final"] == false);
 }
 
+// A quarter of the pixels fits beside the other's frame, all of them do not.
+TEST(Stream, AMovingViewWaitsForNoMoreRoomThanItsFrameTakes) {
+  RunningServer server({.max_megapixels = 2});
+  server.control().bands = 10000;
+  server.control().band_ms = 5;
+  StreamClient slow(server.port(), "rock");
+  slow.readText("hello");
+  slow.sendText(viewMessage(1));
+  ASSERT_TRUE(eventually([&] { return server.control().under_way == 1; }));
+  server.control().bands = 1;
+  StreamClient large(server.port(), "rock");
+  large.readText("hello");
+  large.sendText(viewMessage(1, R"("size":[2048,2048])"));
+  EXPECT_EQ(large.readFrame()["width"], 1024);
+  EXPECT_EQ(server.control().under_way, 1);
+}
+
 TEST(Stream, TheLatestViewWins) {
   RunningServer server;
   server.control().band_ms = 40;
