@@ -81,6 +81,15 @@ std::string reasonOf(const std::exception_ptr& error, const std::filesystem::pat
 
 }  // namespace
 
+// A volume that was lost is not ready from this moment, not from when it is loaded again.
+void VolumeKeeper::look() {
+  const auto& served = entry().served;
+  if (served != nullptr && services_.renderer.hold(served->number).first == VolumeHold::lost) {
+    services_.catalog.setLoading(index_);
+  }
+  signal_.notify();
+}
+
 void VolumeKeeper::tryAgain() {
   try_now_ = true;
   signal_.notify();
@@ -152,10 +161,7 @@ asio::awaitable<void> VolumeKeeper::watch(bool loaded) {
         fail(reason);
         next_try = now + nextPause();
       }
-      if (hold == VolumeHold::lost) {
-        services_.catalog.setLoading(index_);
-        if (services_.renderer.status().state == DeviceState::ready) co_return;
-      }
+      if (hold == VolumeHold::lost && services_.renderer.status().state == DeviceState::ready) co_return;
     }
     const bool try_now = std::exchange(try_now_, false) && next_try != Clock::time_point::max();
     if (try_now || now >= next_try) co_return;

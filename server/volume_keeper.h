@@ -41,7 +41,7 @@ class VolumeKeeper {
   // Never ends by itself.
   asio::awaitable<void> keep();
   // What the render thread holds may have changed.
-  void look() { signal_.notify(); }
+  void look();
   // What failed is tried again now.
   void tryAgain();
 

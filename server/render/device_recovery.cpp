@@ -43,7 +43,6 @@ void leaveBehind(std::unique_ptr<Owned>& owner) noexcept {
 // All that was on the device is gone. Frames begin anew once there is another and their volume is loaded again; what
 // was being loaded fails, as its file was taken.
 void RenderThread::recover(std::exception_ptr why, std::unique_ptr<FrameInProgress> frame) noexcept {
-  tell(DeviceState::lost);
   if (hangs(why)) {
     leaveBehind(frame);
     abandon();

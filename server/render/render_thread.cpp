@@ -289,6 +289,7 @@ void RenderThread::takeTurn(Queue::Entry& entry) noexcept {
     if (is_done) done.emplace(queue_.remove(entry));
   }
   noteMemory();
+  if (loss) tell(DeviceState::lost);  // before anyone is answered, who may look
   if (done) {
     if (!loss) done->frame.reset();
     if (done->is_load) finishLoad(done->order.volume, result.error != nullptr);

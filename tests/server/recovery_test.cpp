@@ -228,7 +228,7 @@ TEST(Recovery, SumsOfAStreamThatEndedAreLetGo) {
     stream.readFrame();
     EXPECT_TRUE(eventually([&] { return !server.control().takenSteps().empty(); }));
   }
-  EXPECT_TRUE(eventually([&] { return !server.control().forgotten().empty(); }));
+  ASSERT_TRUE(eventually([&] { return !server.control().forgotten().empty(); }));
   EXPECT_EQ(server.control().forgotten()[0], server.control().takenSteps()[0].owner);
 }
 
