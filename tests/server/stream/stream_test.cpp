@@ -287,6 +287,19 @@ TEST(Stream, AClientThatVanishesIsLetGo) {
       [&] { return get(server.port(), "/metrics").body.find("blockwalk_open_sessions 0\n") != std::string::npos; }));
 }
 
+TEST(Stream, AFrameOfAClientThatVanishedIsGivenUp) {
+  RunningServer server;
+  server.control().bands = 1000;
+  server.control().band_ms = 10;
+  {
+    StreamClient client(server.port(), "rock");
+    client.readText("hello");
+    client.sendText(viewMessage(1));
+    EXPECT_TRUE(eventually([&] { return server.control().under_way == 1; }));
+  }
+  EXPECT_TRUE(eventually([&] { return server.control().cancelled == 1; }));
+}
+
 TEST(Stream, StreamsBeyondTheBoundAreRefused) {
   RunningServer server({.max_sessions = 2});
   StreamClient first(server.port(), "rock");
