@@ -2,10 +2,12 @@
 // The one interface between importers and the builder: a source yields rows of voxels in the stored type.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -19,7 +21,8 @@ struct SourceChannel {
   std::string name;  // for people, at most 64 bytes; empty where the source has none, and where there is one channel
   double value_scale = 1;
   double value_offset = 0;
-  std::string unit = {};  // of data values, where the source says it
+  std::string unit = {};                                            // of data values, where the source says it
+  std::optional<std::array<std::uint8_t, 3>> color = std::nullopt;  // to show it in, where the source says one
 };
 
 struct SourceInfo {

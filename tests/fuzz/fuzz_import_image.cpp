@@ -83,6 +83,9 @@ std::vector<std::string> fuzzSeeds() {
           tiffSeed(8, 1, COMPRESSION_NONE, 0, 4,
                    "<OME><Pixels DimensionOrder=\"XYZCT\" SizeC=\"2\" SizeT=\"1\" SizeZ=\"2\"><Channel ID=\"0\" "
                    "Name=\"a&lt;b\"/><Channel ID=\"1\" Name=\"c\"/></Pixels></OME>"),
+          tiffSeed(8, 1, COMPRESSION_NONE, 0, 4,
+                   "<OME><Pixels SizeC='2' SizeZ='2' PhysicalSizeX='0.5' PhysicalSizeY='2' PhysicalSizeZ='300' "
+                   "PhysicalSizeZUnit='nm'><Channel Color='65535'/><Channel Color='-16711681'/></Pixels></OME>"),
           tiffSeed(16, 1, COMPRESSION_LZW, 0, 1),
           tiffSeed(8, 3, COMPRESSION_ADOBE_DEFLATE, 16, 1),
           tiffSeed(1, 1, COMPRESSION_CCITTFAX4, 0, 1),

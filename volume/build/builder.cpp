@@ -125,6 +125,7 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
   for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
     info.channels[channel].name = plainText(source.channels[channel].name);
     info.channels[channel].unit = plainText(source.channels[channel].unit);
+    if (source.type != VoxelType::rgba8) info.channels[channel].color = source.channels[channel].color;
     info.channels[channel].value_scale = source.channels[channel].value_scale;
     info.channels[channel].value_offset = source.channels[channel].value_offset;
   }

@@ -2,6 +2,7 @@
 // Reading the text headers of image files: lines, words and numbers, strictly.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -14,6 +15,9 @@ namespace blockwalk {
 
 // A header longer than this is refused.
 constexpr std::uint64_t kMaxHeaderTextBytes = std::uint64_t{1} << 20;
+
+// A text for people that is longer is no name of a unit, and left out.
+constexpr std::size_t kMaxUnitBytes = 64;
 
 // Lines of a header, one after another, without their ends (LF or CRLF).
 class HeaderLines {

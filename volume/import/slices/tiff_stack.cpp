@@ -8,8 +8,8 @@
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
 #include "volume/import/slices/slice_shape.h"
+#include "volume/import/slices/tiff_description.h"
 #include "volume/import/slices/tiff_file.h"
-#include "volume/import/slices/tiff_hyperstack.h"
 
 namespace blockwalk {
 namespace {
@@ -80,19 +80,20 @@ class TiffStack final : public Source {
 // What all pages of all files have in common.
 struct Pages {
   SliceShape shape;
-  PageOrder order;
+  TiffDescription description;  // the last file's; of several each holds a slice
   std::int64_t count = 0;
 };
 
 Pages commonPages(const std::vector<std::filesystem::path>& slices, std::uint64_t memory_bytes) {
   std::optional<SliceShape> shape;
-  PageOrder order;
+  TiffDescription description;
   std::int64_t count = 0;
   for (const auto& slice : slices) {
     const TiffFile file(slice, memory_bytes);
-    order = pageOrder(file);
-    if (slices.size() > 1 && order.channels > 1) {
-      failData("{}: holds {} channels; the slices of a stack of files have one each", file.name(), order.channels);
+    description = describePages(file);
+    if (slices.size() > 1 && description.order.channels > 1) {
+      failData("{}: holds {} channels; the slices of a stack of files have one each", file.name(),
+               description.order.channels);
     }
     if (slices.size() > 1 && file.pages().size() > 1) {
       failData("{}: has {} pages; the slices of a stack of files have one each", file.name(), file.pages().size());
@@ -106,7 +107,7 @@ Pages commonPages(const std::vector<std::filesystem::path>& slices, std::uint64_
       ++count;
     }
   }
-  return {.shape = *shape, .order = std::move(order), .count = count};
+  return {.shape = *shape, .description = std::move(description), .count = count};
 }
 
 }  // namespace
@@ -115,22 +116,30 @@ std::unique_ptr<Source> openTiff(const std::vector<std::filesystem::path>& slice
                                  const ImportOptions& options) {
   const Pages pages = commonPages(slices, options.memory_bytes);
   const SliceShape& shape = pages.shape;
+  const TiffDescription& said = pages.description;
   SourceInfo info{.name = name, .format = "tiff"};
-  const auto channels = static_cast<std::int64_t>(pages.order.channels);
+  const auto channels = static_cast<std::int64_t>(said.order.channels);
   info.dims = checkedDims(shape.width, shape.height, pages.count / channels, name, "size");
   if (options.dims && *options.dims != info.dims) {
     failData("{}: dims: {} x {} x {} were given, the slices make {} x {} x {}", name, options.dims->x, options.dims->y,
              options.dims->z, info.dims.x, info.dims.y, info.dims.z);
   }
-  info.world_from_index = worldFromIndex(Geometry{}, options.spacing, name, "spacing");
+  const bool own_size = !options.spacing && said.spacing.has_value();
+  info.world_from_index = worldFromIndex(Geometry{}, own_size ? said.spacing : options.spacing, name,
+                                         own_size ? "PhysicalSize" : "spacing");
+  info.length_unit = said.length_unit;
   ChannelConverter converter = channels > 1
-                                   ? ChannelConverter::ofPlanes(shape.format, pages.order.channels, options, name)
+                                   ? ChannelConverter::ofPlanes(shape.format, said.order.channels, options, name)
                                    : ChannelConverter(shape.format, true, options, name);
   converter.describe(info, options);
-  if (options.channel_names.empty() && pages.order.names.size() == info.channels.size()) {
-    for (std::size_t i = 0; i < info.channels.size(); ++i) info.channels[i].name = pages.order.names[i];
+  const std::size_t count = info.channels.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    if (options.channel_names.empty() && count > 1 && said.channel_names.size() == count) {
+      info.channels[i].name = said.channel_names[i];
+    }
+    if (said.channel_colors.size() == count) info.channels[i].color = said.channel_colors[i];
   }
-  return std::make_unique<TiffStack>(slices, pages.order, std::move(info), std::move(converter), options.memory_bytes);
+  return std::make_unique<TiffStack>(slices, said.order, std::move(info), std::move(converter), options.memory_bytes);
 }
 
 }  // namespace blockwalk

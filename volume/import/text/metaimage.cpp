@@ -196,6 +196,9 @@ std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, con
   SourceInfo info{.name = file->name(), .format = "metaimage", .dims = readDims(header, axis_count)};
   info.world_from_index = worldFromIndex(readGeometry(header, axis_count), options.spacing, header.name(),
                                          "TransformMatrix, ElementSpacing");
+  // For people only; "?" is what nobody said.
+  const std::string* unit = header.find("DistanceUnits");
+  if (unit != nullptr && *unit != "?" && unit->size() <= kMaxUnitBytes) info.length_unit = *unit;
   // Three or four bytes or words are a colour, as everybody writes them; the format has no word for it.
   const bool is_color = format.channels > 2 && (format.type == SampleType::u8 || format.type == SampleType::u16);
   auto bytes = openData(header, file, format, info.dims, options.memory_bytes);

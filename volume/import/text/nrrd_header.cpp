@@ -332,10 +332,9 @@ void NrrdReader::readGeometry() {
 
 // What is for people only: a text that is too long to be a name is left out.
 void NrrdReader::readUnits() {
-  constexpr std::size_t kMost = 64;
   const auto text = [&](const char* name) {
     const std::string* value = find(name);
-    return value == nullptr || value->size() > kMost ? std::string() : *value;
+    return value == nullptr || value->size() > kMaxUnitBytes ? std::string() : *value;
   };
   header_.space = text("space");
   header_.sample_unit = unquoted(text("sample units"));

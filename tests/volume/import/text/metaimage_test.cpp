@@ -24,6 +24,20 @@ TEST(ImportMetaImage, ReadsLocalDataInBothByteOrders) {
             voxels);
 }
 
+TEST(ImportMetaImage, TellsTheUnitOfLength) {
+  const Scratch scratch;
+  const auto unitOf = [&](const std::string& rest) {
+    return openSource({scratch.write("a", metaHeader("MET_UCHAR", "2 2 2", rest) + "abcdefgh")}, {})
+        ->info()
+        .length_unit;
+  };
+  EXPECT_EQ(unitOf("DistanceUnits = mm\n"), "mm");
+  EXPECT_EQ(unitOf("DistanceUnits = um\n"), "um");
+  EXPECT_EQ(unitOf("DistanceUnits = ?\n"), "");
+  EXPECT_EQ(unitOf("DistanceUnits = " + std::string(65, 'm') + "\n"), "");
+  EXPECT_EQ(unitOf(""), "");
+}
+
 TEST(ImportMetaImage, ReadsCompressedData) {
   const Scratch scratch;
   const std::string zlib = gzipped("abcdefgh", MAX_WBITS);

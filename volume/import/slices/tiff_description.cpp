@@ -1,7 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "volume/import/slices/tiff_hyperstack.h"
+#include "volume/import/slices/tiff_description.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <cstdint>
 #include <optional>
 #include <pugixml.hpp>
@@ -84,15 +86,27 @@ class OmePixels {
 
   std::string_view dimensionOrder() const { return pixels_.attribute("DimensionOrder").as_string("XYCZT"); }
 
-  // Name of the first `count` Channel elements; none when one has no name.
-  std::vector<std::string> channelNames(std::size_t count) const {
-    std::vector<std::string> names;
+  std::vector<pugi::xml_node> channels() const {
+    std::vector<pugi::xml_node> found;
     for (const pugi::xml_node& child : pixels_.children()) {
-      if (localName(child) != "Channel" || names.size() == count) continue;
-      names.emplace_back(child.attribute("Name").value());
-      if (names.back().empty()) return {};
+      if (localName(child) == "Channel") found.push_back(child);
     }
-    return names.size() == count ? names : std::vector<std::string>();
+    return found;
+  }
+
+  // PhysicalSizeX and so on; nothing where the attribute is missing.
+  std::optional<double> physicalSize(const std::string& attribute) const {
+    const pugi::xml_attribute found = pixels_.attribute(attribute.c_str());
+    if (!found) return std::nullopt;
+    const auto value = parseReal(found.value());
+    if (!value || !std::isfinite(*value) || *value <= 0) {
+      failData("{}: ImageDescription: {}=\"{}\" is no finite number above 0", file_.name(), attribute, found.value());
+    }
+    return value;
+  }
+  // As OME has it, micrometres where nothing is said.
+  std::string unit(const std::string& attribute) const {
+    return pixels_.attribute(attribute.c_str()).as_string("\xc2\xb5m");
   }
 
  private:
@@ -128,12 +142,76 @@ PageOrder omeOrder(const TiffFile& file, const OmePixels& pixels) {
     failData("{}: ImageDescription: DimensionOrder=\"{}\" cannot be read", file.name(), axes);
   }
   order.channels_fastest = c < z;
-  order.names = pixels.channelNames(order.channels);
   return order;
 }
 
-// The order that OME-XML says; nothing where the text is none.
-std::optional<PageOrder> omeOrder(const TiffFile& file, std::string_view text) {
+// A unit of length of OME-XML as volumes say it, and its metres; 0 where that is not known.
+struct LengthUnit {
+  std::string name;
+  double metres = 0;
+};
+LengthUnit lengthUnit(const std::string& name) {
+  // Both signs that look like the Greek letter.
+  static const std::array<std::pair<std::string_view, LengthUnit>, 8> kUnits = {{{"\xc2\xb5m", {"um", 1e-6}},
+                                                                                 {"\xce\xbcm", {"um", 1e-6}},
+                                                                                 {"pm", {"pm", 1e-12}},
+                                                                                 {"\xc3\x85", {"angstrom", 1e-10}},
+                                                                                 {"nm", {"nm", 1e-9}},
+                                                                                 {"mm", {"mm", 1e-3}},
+                                                                                 {"cm", {"cm", 1e-2}},
+                                                                                 {"m", {"m", 1}}}};
+  for (const auto& [ome, unit] : kUnits) {
+    if (name == ome) return unit;
+  }
+  return {.name = name, .metres = 0};
+}
+
+// The size of a voxel in the unit of its x side. Left out where a side is not said, or has a unit that cannot be
+// expressed in that one. A single slice is as thick as it is wide where its thickness is not said.
+void describeSize(const OmePixels& pixels, TiffDescription& description) {
+  std::array<std::optional<double>, 3> sizes;
+  std::array<LengthUnit, 3> units;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const std::string attribute = std::string("PhysicalSize") + "XYZ"[axis];
+    sizes[axis] = pixels.physicalSize(attribute);
+    units[axis] = lengthUnit(pixels.unit(attribute + "Unit"));
+  }
+  if (!sizes[2] && pixels.size("SizeZ") == 1) {
+    sizes[2] = sizes[0];
+    units[2] = units[0];
+  }
+  glm::dvec3 spacing(0);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const bool same = units[axis].name == units[0].name;
+    const double factor = same ? 1 : units[axis].metres / units[0].metres;
+    if (!sizes[axis] || !std::isfinite(factor) || factor <= 0) return;
+    spacing[static_cast<int>(axis)] = *sizes[axis] * factor;
+  }
+  description.spacing = spacing;
+  // Not a length: voxels are this long beside each other, and no more is known.
+  const std::string& unit = units[0].name;
+  if (unit != "pixel" && unit != "reference frame" && unit.size() <= kMaxUnitBytes) description.length_unit = unit;
+}
+
+// Names and colours of the Channel elements. A name is taken where every channel has one.
+void describeChannels(const OmePixels& pixels, TiffDescription& description) {
+  for (const pugi::xml_node& channel : pixels.channels()) {
+    if (description.channel_colors.size() == kMaxChannels) return;
+    description.channel_names.emplace_back(channel.attribute("Name").value());
+    // Red, green, blue and opacity from the highest byte of a signed 32-bit number down.
+    const auto color = parseInteger(channel.attribute("Color").value());
+    const bool is_color = color && *color >= INT32_MIN && *color <= INT32_MAX;
+    const auto bits = static_cast<std::uint32_t>(color.value_or(0));
+    description.channel_colors.push_back(is_color ? std::optional(std::array{static_cast<std::uint8_t>(bits >> 24),
+                                                                             static_cast<std::uint8_t>(bits >> 16),
+                                                                             static_cast<std::uint8_t>(bits >> 8)})
+                                                  : std::nullopt);
+  }
+  if (std::ranges::any_of(description.channel_names, &std::string::empty)) description.channel_names.clear();
+}
+
+// What OME-XML says; nothing where the text is none.
+std::optional<TiffDescription> omeDescription(const TiffFile& file, std::string_view text) {
   const std::string_view content = trimmed(text.starts_with("\xef\xbb\xbf") ? text.substr(3) : text);
   if (!content.starts_with('<') || content.find("OME") == std::string_view::npos) return std::nullopt;
   pugi::xml_document document;
@@ -148,15 +226,19 @@ std::optional<PageOrder> omeOrder(const TiffFile& file, std::string_view text) {
   const pugi::xml_node pixels =
       document.find_node([](const pugi::xml_node& node) { return localName(node) == "Pixels"; });
   if (!pixels) failData("{}: ImageDescription: its OME-XML has no Pixels", file.name());
-  return omeOrder(file, OmePixels(file, pixels));
+  const OmePixels ome(file, pixels);
+  TiffDescription description{.order = omeOrder(file, ome)};
+  describeSize(ome, description);
+  describeChannels(ome, description);
+  return description;
 }
 
 }  // namespace
 
-PageOrder pageOrder(const TiffFile& file) {
+TiffDescription describePages(const TiffFile& file) {
   const std::string_view text = file.description();
-  if (text.starts_with("ImageJ=")) return imageJOrder(file, text);
-  return omeOrder(file, text).value_or(PageOrder{});
+  if (text.starts_with("ImageJ=")) return {.order = imageJOrder(file, text)};
+  return omeDescription(file, text).value_or(TiffDescription{});
 }
 
 }  // namespace blockwalk
