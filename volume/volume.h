@@ -42,7 +42,7 @@ struct LevelInfo {
   std::uint64_t block_count = 0;
   std::uint64_t subblock_count = 0;
   std::uint64_t voxel_bytes = 0;  // of one channel, unpacked: subblock_count * subblock_side^3 * voxelBytes
-  // With those that have no voxels and whose apron, the one-voxel ring around them, has non-empty ones.
+  // With those that have no voxels and whose apron has non-empty ones.
   std::uint64_t apron_block_count = 0;
   std::uint64_t apron_subblock_count = 0;
 };

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One channel of a level with an interpolation apron: every subblock carries the one-voxel ring around it, so that
+// One channel of a level with an interpolation apron: every subblock carries its apron around it, so that
 // interpolating anywhere inside it reads one run of memory. What the field is outside stored voxels is
 // docs/integration.md.
 #pragma once

@@ -31,7 +31,7 @@ class VolumeFile {
   // are the same in every channel of a level; where the channel has no non-empty voxel, a record's least, greatest and
   // mask are 0.
   Level readLevel(int level, int channel, Form form = Form::values) const;
-  // The same of the subblocks that have voxels or whose apron, the one-voxel ring around them, has non-empty ones:
+  // The same of the subblocks that have voxels or whose apron has non-empty ones:
   // where the trilinear field of some channel is not empty everywhere. Least, greatest and mask cover every value that
   // interpolation can give inside; where channel and apron are empty, the range is the empty value and the mask 0.
   Level readApronLevel(int level, int channel, Form form = Form::values) const;

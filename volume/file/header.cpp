@@ -300,10 +300,12 @@ std::vector<std::byte> encodeHeader(const VolumeInfo& info, const FileLayout& la
   header.header_bytes = layout.header_bytes;
   header.file_bytes = layout.file_bytes;
   header.metadata_bytes = static_cast<std::uint32_t>(metadata.size());
-  std::vector<std::byte> bytes;
-  const auto put = [&bytes](const void* from, std::size_t size) {
-    const auto* begin = static_cast<const std::byte*>(from);
-    bytes.insert(bytes.end(), begin, begin + size);
+  std::vector<std::byte> bytes(layout.header_bytes);
+  std::size_t end = 0;
+  const auto put = [&](const void* from, std::size_t size) {
+    BLOCKWALK_CHECK(size, <=, bytes.size() - end);
+    if (size > 0) std::memcpy(bytes.data() + end, from, size);
+    end += size;
   };
   put(&header, sizeof header);
   put(layout.entries.data(), layout.entries.size() * sizeof(LevelEntry));
@@ -313,7 +315,7 @@ std::vector<std::byte> encodeHeader(const VolumeInfo& info, const FileLayout& la
     put(&entry, sizeof entry);
   }
   put(metadata.data(), metadata.size());
-  BLOCKWALK_CHECK(bytes.size(), ==, layout.header_bytes);
+  BLOCKWALK_CHECK(end, ==, bytes.size());
   const std::uint64_t checksum = headerChecksum(bytes);
   std::memcpy(bytes.data() + kHeaderChecksumOffset, &checksum, sizeof checksum);
   return bytes;
