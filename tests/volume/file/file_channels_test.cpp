@@ -5,6 +5,7 @@
 
 #include <cmath>
 
+#include "tests/volume/file/broken_file.h"
 #include "tests/volume/file/file_contents.h"
 #include "tests/volume/file/seal.h"
 #include "tests/volume/memory_source.h"
@@ -13,8 +14,6 @@
 
 namespace blockwalk::volume_test {
 namespace {
-
-using testing::HasSubstr;
 
 // Three channels on several levels; channel 2 is empty but for one voxel.
 std::string smallChannelsFile(const ScratchFolder& folder) {
@@ -38,20 +37,13 @@ TEST(FileChannels, SaysWhatItsChannelsAre) {
   EXPECT_EQ(file.info().channels[2].nonempty_voxels, 1u);
 }
 
-struct ChannelFieldCase {
-  const char* name;
-  std::size_t offset;
-  std::string bytes;
-  const char* message;
-};
-
 TEST(FileChannels, ErrorsNameFieldOffsetAndBound) {
   const ScratchFolder folder;
   const std::string whole = smallChannelsFile(folder);
   const auto inChannel = [&](std::size_t channel, std::size_t offset) {
     return channelEntryAt(whole, channel) + offset;
   };
-  const ChannelFieldCase cases[] = {
+  const FieldCase cases[] = {
       {"another number", 144, raw(2u), "header_bytes"},
       {"colour", 32, raw(std::uint8_t{1}), "channel_count at offset 144 is 3, must be 1 for rgba8"},
       {"scale", inChannel(1, 0), raw(0.0), "channel 1 value_scale"},
@@ -63,66 +55,29 @@ TEST(FileChannels, ErrorsNameFieldOffsetAndBound) {
       {"nonempty", inChannel(1, 24), raw(~std::uint64_t{0}), "channel 1 nonempty_voxels"},
       {"offset of a section", sectionsAt(whole, 0, 1), raw(std::uint64_t{64}), "level 0 channel 1 ranges offset"},
   };
-  for (const ChannelFieldCase& field : cases) {
-    SCOPED_TRACE(field.name);
-    std::string broken = whole;
-    broken.replace(field.offset, field.bytes.size(), field.bytes);
-    seal(broken);
-    writeBytes(folder / "broken.bwv", broken);
-    EXPECT_THAT(messageOf(folder / "broken.bwv"), HasSubstr(field.message));
-  }
+  expectErrors(whole, cases, Sealed::all);
 }
 
 TEST(FileChannels, BrokenRecordsNameTheirOffset) {
   const ScratchFolder folder;
   const std::string whole = smallChannelsFile(folder);
   const auto third = valueAt<ChannelSections>(whole, sectionsAt(whole, 0, 2));
-  const auto breaks = [&](std::uint64_t at, const std::string& bytes, const char* what) {
-    std::string broken = whole;
-    broken.replace(at, bytes.size(), bytes);
-    ASSERT_NE(broken, whole) << what;
-    seal(broken);
-    writeBytes(folder / "broken.bwv", broken);
-    EXPECT_THAT(messageOf(folder / "broken.bwv"), HasSubstr(what)) << at;
-  };
   // The first subblock of channel 2 is empty: 0, 0, 0.
   ASSERT_EQ(whole.substr(third.ranges.offset, 3), std::string(3, '\0'));
-  breaks(third.ranges.offset, "\x05", "level 0 channel 2 record");
-  breaks(third.ranges.offset + 1, "\x05", "density max is 5, must be 0 where the channel is empty");
-  breaks(third.ranges.offset + 2, "\x01", "density min is 0");
+  const FieldCase cases[] = {
+      {"least", third.ranges.offset, "\x05", "level 0 channel 2 record"},
+      {"greatest", third.ranges.offset + 1, "\x05", "density max is 5, must be 0 where the channel is empty"},
+      {"mask", third.ranges.offset + 2, "\x01", "density min is 0"},
+  };
+  expectErrors(whole, cases, Sealed::all);
 }
 
 TEST(FileChannels, EveryTruncationIsAnError) {
-  const ScratchFolder folder;
-  const std::string whole = smallChannelsFile(folder);
-  ASSERT_NO_THROW(readContents(folder / "small.bwv"));
-  writeBytes(folder / "cut.bwv", whole);
-  for (std::size_t size = whole.size(); size-- > 0;) {
-    if (size > 2500 && size + 100 < whole.size() && size % 37 != 0) continue;
-    std::filesystem::resize_file(folder / "cut.bwv", size);
-    EXPECT_THROW(readContents(folder / "cut.bwv"), DataError) << size;
-  }
+  expectTruncationsFail(smallChannelsFile(ScratchFolder()), {.thorough = 2500, .end = 100, .step = 37});
 }
 
 TEST(FileChannels, AFlippedBitIsAnErrorOrChangesNothing) {
-  const ScratchFolder folder;
-  const std::string whole = smallChannelsFile(folder);
-  const std::string expected = readContents(folder / "small.bwv");
-  std::mt19937 random(7);
-  int errors = 0;
-  for (int i = 0; i < 1500; ++i) {
-    std::string broken = whole;
-    const std::size_t at = random() % (i % 2 == 0 ? 12000 : whole.size());
-    broken[at] = static_cast<char>(broken[at] ^ (1 << random() % 8));
-    writeBytes(folder / "flipped.bwv", broken);
-    try {
-      EXPECT_EQ(readContents(folder / "flipped.bwv"), expected) << "byte " << at;
-      EXPECT_TRUE(isPadding(whole, at)) << "byte " << at;
-    } catch (const DataError&) {
-      ++errors;
-    }
-  }
-  EXPECT_GT(errors, 1000);
+  EXPECT_GT(expectFlipsAreNoticed(smallChannelsFile(ScratchFolder()), 1500, 12000), 1000);
 }
 
 }  // namespace

@@ -10,6 +10,7 @@
 #include <cstddef>
 #include <filesystem>
 
+#include "tests/volume/file/broken_file.h"
 #include "tests/volume/file/file_contents.h"
 #include "tests/volume/file/seal.h"
 #include "tests/volume/memory_source.h"
@@ -66,16 +67,7 @@ TEST(File, AnOlderVersionIsRefusedWithTheCommandThatMakesItAnew) {
 }
 
 TEST(File, EveryTruncationIsAnError) {
-  const ScratchFolder folder;
-  const std::string whole = smallFile(folder);
-  ASSERT_NO_THROW(readContents(folder / "small.bwv"));
-  writeBytes(folder / "cut.bwv", whole);
-  // Downwards in place; every length near the header and the end, then every 7th.
-  for (std::size_t size = whole.size(); size-- > 0;) {
-    if (size > 3500 && size + 300 < whole.size() && size % 7 != 0) continue;
-    std::filesystem::resize_file(folder / "cut.bwv", size);
-    EXPECT_THROW(readContents(folder / "cut.bwv"), DataError) << size;
-  }
+  expectTruncationsFail(smallFile(ScratchFolder()), {.thorough = 3500, .end = 300, .step = 7});
 }
 
 TEST(File, TrailingBytesAreRefused) {
@@ -88,26 +80,8 @@ TEST(File, TrailingBytesAreRefused) {
 }
 
 TEST(File, AFlippedBitIsAnErrorOrChangesNothing) {
-  const ScratchFolder folder;
   for (VoxelType type : {VoxelType::rgba8, VoxelType::f32}) {
-    const std::string whole = smallFile(folder, type);
-    const std::string expected = readContents(folder / "small.bwv");
-    std::mt19937 random(7);
-    int errors = 0;
-    for (int i = 0; i < 2000; ++i) {
-      std::string broken = whole;
-      // Every other one in the header and the first records.
-      const std::size_t at = random() % (i % 2 == 0 ? 4000 : whole.size());
-      broken[at] = static_cast<char>(broken[at] ^ (1 << random() % 8));
-      writeBytes(folder / "flipped.bwv", broken);
-      try {
-        EXPECT_EQ(readContents(folder / "flipped.bwv"), expected) << "byte " << at;
-        EXPECT_TRUE(isPadding(whole, at)) << "byte " << at;
-      } catch (const DataError&) {
-        ++errors;
-      }
-    }
-    EXPECT_GT(errors, 1000);
+    EXPECT_GT(expectFlipsAreNoticed(smallFile(ScratchFolder(), type), 2000, 4000), 1000);
   }
 }
 
@@ -132,13 +106,6 @@ TEST(File, EveryHeaderByteIsBoundedEvenWithARightChecksum) {
   }
   EXPECT_GT(errors, 1000);
 }
-
-struct FieldCase {
-  const char* name;
-  std::size_t offset;
-  std::string bytes;
-  std::string message;
-};
 
 TEST(File, ErrorsNameFieldOffsetAndBound) {
   const ScratchFolder folder;
@@ -193,16 +160,7 @@ TEST(File, ErrorsNameFieldOffsetAndBound) {
       {"voxels' size", sections + 80, raw(~std::uint64_t{0}), "level 0 channel 0 voxels size"},
       {"voxels' checksum", sections + 88, raw(1u), "level 0 channel 0 voxels checksum"},
   };
-  for (const FieldCase& field : cases) {
-    SCOPED_TRACE(field.name);
-    std::string broken = whole;
-    broken.replace(field.offset, field.bytes.size(), field.bytes);
-    if (field.offset >= 32) sealHeader(broken);
-    writeBytes(folder / "broken.bwv", broken);
-    const std::string message = messageOf(folder / "broken.bwv");
-    EXPECT_THAT(message, HasSubstr(field.message));
-    EXPECT_THAT(message, HasSubstr("broken.bwv: "));
-  }
+  expectErrors(whole, cases, Sealed::header);
 }
 
 TEST(File, BrokenRecordsNameTheirOffset) {
