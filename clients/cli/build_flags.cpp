@@ -109,6 +109,10 @@ void printBuildReport(const BuildReport& report, const std::filesystem::path& pa
     fmt::print("  largest rounding   {}\n", channel.largest_rounding);
   }
   printChannels(info, voxels);
+  for (const std::filesystem::path& leftover : report.leftovers) {
+    fmt::print("  stays              {}: without locks here nobody can tell whether it is being written\n",
+               leftover.string());
+  }
   fmt::print("  time               {:.2f} s\n", seconds);
 }
 

@@ -43,6 +43,8 @@ struct BuildReport {
   std::uint64_t level0_voxel_bytes = 0;   // of all channels, as the file holds them
   std::uint64_t coarser_level_bytes = 0;  // sections of levels 1.. : records and voxels
   std::uint64_t overhead_bytes = 0;       // header, level 0's records, checksums, padding
+  // Partial files of the same name that stay, because the file system has no locks to tell whether they are written.
+  std::vector<std::filesystem::path> leftovers = {};
 };
 
 // Writes `path` under a temporary name in the same folder and renames it when complete and synced. Temporary data lives

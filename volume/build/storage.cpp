@@ -54,8 +54,9 @@ std::string partialPrefix(const std::filesystem::path& path) {
   return fmt::format(".{}.partial-", path.filename().string());
 }
 
-// Removes the partial files of `path` that nobody holds a lock on.
-void removeLeftovers(const std::filesystem::path& path) {
+// Removes the partial files of `path` that nobody holds a lock on. Returns those of which that cannot be told.
+std::vector<std::filesystem::path> removeLeftovers(const std::filesystem::path& path) {
+  std::vector<std::filesystem::path> unknown;
   const std::string prefix = partialPrefix(path);
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folderOf(path), ignored)) {
@@ -65,9 +66,14 @@ void removeLeftovers(const std::filesystem::path& path) {
     if (!is_partial) continue;
     const int descriptor = ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (descriptor < 0) continue;
-    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) ::unlink(entry.path().c_str());
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
+      ::unlink(entry.path().c_str());
+    } else if (errno != EWOULDBLOCK) {
+      unknown.push_back(entry.path());
+    }
     ::close(descriptor);
   }
+  return unknown;
 }
 
 }  // namespace
@@ -129,7 +135,7 @@ void TempBytes::clear() {
 }
 
 OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
-  removeLeftovers(path_);
+  leftovers_ = removeLeftovers(path_);
   std::random_device random;
   // Not mkstemp: its mode 0600 would stay with the finished file.
   for (int attempt = 0; attempt < 100 && descriptor_ < 0; ++attempt) {
@@ -138,7 +144,7 @@ OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
     if (descriptor_ < 0 && errno != EEXIST) break;
   }
   if (descriptor_ < 0) failSystem(partial_, "cannot be created");
-  ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where a file system has no locks, leftovers stay
+  ::flock(descriptor_, LOCK_EX | LOCK_NB);  // where a file system has no locks, others leave this one alone as well
 }
 
 OutputFile::~OutputFile() {

@@ -39,7 +39,8 @@ class TempBytes {
 
 // A file that appears under `path` whole or not at all: written as .NAME.partial-XXXXXXXX in the same folder, synced
 // and renamed by commit(), removed by the destructor otherwise. Who is killed leaves the partial file; the next to
-// write `path` removes it. Whose partial file is still being written is told by a lock on it.
+// write `path` removes it. Whose partial file is still being written is told by a lock on it; where the file system has
+// no locks that cannot be told, and nothing is removed.
 class OutputFile {
  public:
   explicit OutputFile(std::filesystem::path path);
@@ -50,6 +51,8 @@ class OutputFile {
   // What is not written is zeros.
   void setLength(std::uint64_t bytes);
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  // Partial files of `path` that somebody else may be writing or have left behind: locks say nothing here.
+  const std::vector<std::filesystem::path>& leftovers() const { return leftovers_; }
   // Where it is until commit().
   const std::filesystem::path& partialPath() const { return partial_; }
   void commit();
@@ -57,6 +60,7 @@ class OutputFile {
  private:
   std::filesystem::path path_;
   std::filesystem::path partial_;
+  std::vector<std::filesystem::path> leftovers_;
   int descriptor_ = -1;
 };
 

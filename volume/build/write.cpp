@@ -131,6 +131,7 @@ class VolumeWriter {
     if (options_.accept) options_.accept(file_.partialPath());
     file_.commit();
     BuildReport report{.info = info_, .file_bytes = layout_.file_bytes};
+    report.leftovers = file_.leftovers();
     for (std::size_t i = 0; i < layout_.sections.size(); ++i) {
       const ChannelSections& sections = layout_.sections[i];
       if (i < layout_.channels) {

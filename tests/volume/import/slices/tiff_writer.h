@@ -115,8 +115,8 @@ inline void writeRows(TIFF* tiff, const PageKind& kind, int page) {
 }
 
 // mode: "w" and "wb" big-endian, "wl" little-endian, "w8" BigTIFF
-inline std::filesystem::path writeTiff(const Scratch& scratch, const PageKind& kind, int pages = 1, const char* mode = "w",
-                                const std::string& name = "a.tif") {
+inline std::filesystem::path writeTiff(const Scratch& scratch, const PageKind& kind, int pages = 1,
+                                       const char* mode = "w", const std::string& name = "a.tif") {
   TIFF* tiff = TIFFOpen(scratch.path(name).c_str(), mode);
   for (int page = 0; page < pages; ++page) {
     setFields(tiff, kind);
@@ -128,7 +128,7 @@ inline std::filesystem::path writeTiff(const Scratch& scratch, const PageKind& k
 }
 
 inline std::filesystem::path writePacked(const Scratch& scratch, const PageKind& kind, std::string row,
-                                  const std::function<void(TIFF*)>& more = {}) {
+                                         const std::function<void(TIFF*)>& more = {}) {
   TIFF* tiff = TIFFOpen(scratch.path("packed.tif").c_str(), "w");
   setFields(tiff, kind);
   if (more) more(tiff);
