@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The shell of a subblock: the range of densities in each of the 26 parts that a neighbour's apron takes from it, and in
-// the whole of it.
+// The shell of a subblock: the range of densities in each of the 26 parts that a neighbour's apron takes from it, and
+// in the whole of it.
 #pragma once
 
 #include <cstddef>

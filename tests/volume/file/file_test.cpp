@@ -163,6 +163,42 @@ TEST(File, ErrorsNameFieldOffsetAndBound) {
   expectErrors(whole, cases, Sealed::header);
 }
 
+TEST(File, ALevelHoldsNoMoreSubblocksThanAKernelCounts) {
+  // The header of a file that would take terabytes.
+  const auto decode = [](std::uint64_t subblocks) {
+    VolumeInfo info;
+    info.dims = glm::ivec3(65536);
+    info.subblock_side = 4;
+    info.block_side = 1;
+    info.channels[0].nonempty_voxels = subblocks;
+    info.channels[0].histogram[0] = subblocks;
+    info.channels[0].density_min = 1;
+    info.channels[0].density_max = 1;
+    info.channels[0].histogram_hi = 1;
+    const int levels = levelCount(info.dims, info.blockVoxels());
+    for (int level = 0; level < levels; ++level) info.levels.push_back({.dims = levelDims(info.dims, level)});
+    info.levels[0].block_count = info.levels[0].apron_block_count = subblocks;
+    info.levels[0].subblock_count = info.levels[0].apron_subblock_count = subblocks;
+    FileSizes sizes;
+    sizes.blocks.resize(info.levels.size());
+    sizes.voxels.resize(info.levels.size());
+    sizes.blocks[0] = subblocks * kLeastBlockRecordBytes;
+    sizes.voxels[0] = subblocks * 64;
+    const FileLayout layout = layOutFile(info, sizes);
+    const std::vector<std::byte> header = encodeHeader(info, layout, "");
+    return decodeHeader(header, layout.file_bytes, "huge.bwv").info.levels[0].subblock_count;
+  };
+  EXPECT_EQ(decode(kMaxSubblocks), kMaxSubblocks);
+  try {
+    decode(kMaxSubblocks + 1);
+    FAIL() << "was not refused";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(),
+                HasSubstr("huge.bwv: header field level 0 apron_subblock_count at offset 232 is 4294967295, "
+                          "must be at most 4294967294"));
+  }
+}
+
 TEST(File, BrokenRecordsNameTheirOffset) {
   const ScratchFolder folder;
   smallFile(folder);
