@@ -15,7 +15,7 @@ constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{64} << 20;
 struct BuildBudget {
   std::uint64_t slab_bytes = 0;  // slices of a source without random access
   std::uint64_t sort_bytes = 0;  // records of level 0
-  std::size_t stream_bytes = 0;  // of each temporary stream; there are at most 8 a level
+  std::size_t stream_bytes = 0;  // of each temporary stream, at most 8 a level, and of subblocks until they are sorted
   std::size_t shell_bytes = 0;   // of shells read again when aprons are found, which is after the sort
 };
 

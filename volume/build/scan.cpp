@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <numeric>
 #include <type_traits>
 
 #include "volume/build/strips.h"
@@ -46,16 +47,19 @@ bool anyNonEmpty(VoxelType type, std::span<const std::byte> voxels, float thresh
   return false;
 }
 
-// Cuts a strip into subblocks and decides what becomes of each.
+// Cuts a strip into subblocks and decides what becomes of each. What goes into the spill gathers first, up to
+// `group_bytes`, and is written in the order of its keys: the next passes read block after block, and a strip holds one
+// row of many blocks.
 class StripCutter {
  public:
-  StripCutter(const VolumeInfo& info, Scan& scan)
+  StripCutter(const VolumeInfo& info, Scan& scan, std::size_t group_bytes)
       : info_(info),
         scan_(scan),
         thresholds_known_(scan.knowsThresholds()),
         voxel_bytes_(voxelBytes(info.type)),
         channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxel_bytes_),
         subblock_(channel_bytes_ * info.channels.size()),
+        group_count_(std::max<std::size_t>(1, group_bytes / subblock_.size())),
         constant_(voxel_bytes_ * info.channels.size()) {}
 
   void cut(const Strip& strip, int y, int z) {
@@ -69,6 +73,19 @@ class StripCutter {
       }
       store(subblockKey({x, y, z}, info_.block_side), constant);
     }
+  }
+
+  // After the last strip, and whenever the group is full.
+  void flush() {
+    order_.resize(keys_.size());
+    std::iota(order_.begin(), order_.end(), std::size_t{0});
+    std::ranges::sort(order_, {}, [this](std::size_t i) { return keys_[i]; });
+    for (const std::size_t i : order_) {
+      scan_.records.add({.key = keys_[i], .slot = scan_.spill.size() / subblock_.size()});
+      scan_.spill.append(std::span(group_).subspan(i * subblock_.size(), subblock_.size()));
+    }
+    keys_.clear();
+    group_.clear();
   }
 
  private:
@@ -116,8 +133,10 @@ class StripCutter {
       scan_.records.add({.key = key, .slot = kConstantSlot | constantIndex()});
       return;
     }
-    scan_.records.add({.key = key, .slot = scan_.spill.size() / subblock_.size()});
-    scan_.spill.append(subblock_);
+    if (keys_.size() == group_count_) flush();
+    if (group_.capacity() == 0) group_.reserve(group_count_ * subblock_.size());
+    keys_.push_back(key);
+    group_.insert(group_.end(), subblock_.begin(), subblock_.end());
   }
 
   // Where the constants hold the first voxel of each channel; a value that comes again and again is held once.
@@ -138,6 +157,10 @@ class StripCutter {
   std::size_t voxel_bytes_;
   std::size_t channel_bytes_;        // of a subblock in one channel
   std::vector<std::byte> subblock_;  // channel after channel
+  std::size_t group_count_;          // subblocks
+  std::vector<std::uint64_t> keys_;  // of the group, as they came
+  std::vector<std::byte> group_;     // their voxels
+  std::vector<std::size_t> order_;
   std::vector<std::byte> constant_;  // the newest of the constants
 };
 
@@ -170,7 +193,7 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
     if (options.values == ValuesRule::guess) scan.guesses.emplace_back(info.type, threshold.value_or(zero));
   }
   StripReader strips(source, info.subblock_side, budget.slab_bytes, folder);
-  StripCutter cutter(info, scan);
+  StripCutter cutter(info, scan, budget.stream_bytes);
   const glm::ivec3 count = strips.strips();
   const auto rows = static_cast<std::uint64_t>(info.dims.y) * static_cast<std::uint64_t>(info.dims.z);
   std::uint64_t done = 0;
@@ -186,6 +209,7 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
       if (options.progress) options.progress("read", done, rows);
     }
   }
+  cutter.flush();
   scan.records.finish();
   return scan;
 }
