@@ -79,10 +79,11 @@ std::uint64_t fixedBytes(const VolumeInfo& info, std::uint64_t memory_bytes) {
   const auto block_voxels = static_cast<std::uint64_t>(info.blockVoxels());
   const std::uint64_t block = block_voxels * block_voxels * block_voxels * voxelBytes(info.type);
   const auto levels = static_cast<std::uint64_t>(levelCount(info.dims, info.blockVoxels()));
-  // Of each worker the pages that it packs, packed ones, and some that wait to be written.
+  // Of each worker a block with all its channels; later the pages that it packs, packed ones, and some that wait.
   const std::uint64_t pages = std::max(block, std::uint64_t{1} << 20);
   const auto workers = static_cast<std::uint64_t>(workerCount(memory_bytes));
-  return channels * (strip + (2 * levels + 1) * block) + (workers + 1) * 3 * pages + (std::uint64_t{4} << 20);
+  return channels * (strip + (2 * levels + 1) * block) + (workers + 1) * std::max(channels, std::uint64_t{3}) * pages +
+         (std::uint64_t{4} << 20);
 }
 
 void checkOptions(const BuildOptions& options, const VolumeInfo& info) {

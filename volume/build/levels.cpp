@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "volume/build/workers.h"
 #include "volume/error.h"
 #include "volume/file/layout.h"
 
@@ -73,39 +74,62 @@ glm::ivec3 LevelBuilder::localPosition(int local) const {
           local / info_.block_side / info_.block_side};
 }
 
-bool LevelBuilder::summarise(std::size_t level, const Candidate& candidate, glm::ivec3 extent, Subblocks& subblocks) {
-  bool any = false;
-  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-    const std::span<const std::byte> voxels = channelOf(candidate.voxels, channel);
-    subblocks[channel] = level == 0 ? summaries_[channel].summariseAndCount(voxels, extent, built_.counts[channel])
-                                    : summaries_[channel].summarise(voxels, extent);
-    any = any || subblocks[channel].range_mask != 0;
-  }
-  return any;
+std::size_t LevelBuilder::shellBytes() const {
+  return info_.channels.size() * kShellParts * apronRangeBytes(info_.type);
 }
 
-void LevelBuilder::push(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates) {
+glm::ivec3 LevelBuilder::extentOf(std::size_t level, glm::ivec3 origin, const Candidate& candidate) const {
+  const glm::ivec3 position = origin * info_.block_side + localPosition(candidate.local);
+  return insideExtent(position * info_.subblock_side, built_.levels[level].info.dims, info_.subblock_side);
+}
+
+LevelBuilder::Looks LevelBuilder::lookAt(std::size_t level, glm::ivec3 origin,
+                                         std::span<const Candidate> candidates) const {
+  Looks looks;
+  looks.subblocks.resize(candidates.size());
+  looks.nonempty.resize(candidates.size());
+  looks.shells.resize(candidates.size() * shellBytes());
+  looks.counts.resize(info_.channels.size());
+  const std::size_t shell = shellBytes() / info_.channels.size();
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    const glm::ivec3 extent = extentOf(level, origin, candidates[i]);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      const std::span<const std::byte> voxels = channelOf(candidates[i].voxels, channel);
+      Subblock& subblock = looks.subblocks[i][channel];
+      subblock = level == 0 ? summaries_[channel].summariseAndCount(voxels, extent, looks.counts[channel])
+                            : summaries_[channel].summarise(voxels, extent);
+      looks.nonempty[i] = looks.nonempty[i] || subblock.range_mask != 0;
+    }
+    for (std::size_t channel = 0; looks.nonempty[i] && channel < info_.channels.size(); ++channel) {
+      shell_readers_[channel].read(channelOf(candidates[i].voxels, channel), extent,
+                                   std::span(looks.shells).subspan(i * shellBytes() + channel * shell, shell));
+    }
+  }
+  return looks;
+}
+
+void LevelBuilder::take(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates,
+                        const Looks& looks) {
   BuiltLevel& built = built_.levels[level];
   SubblockSet stored{};
-  Subblocks subblocks;
-  for (const Candidate& candidate : candidates) {
+  for (std::size_t i = 0; i < candidates.size(); ++i) {
+    if (!looks.nonempty[i]) continue;
+    const Candidate& candidate = candidates[i];
     const glm::ivec3 position = origin * info_.block_side + localPosition(candidate.local);
-    const glm::ivec3 extent = insideExtent(position * info_.subblock_side, built.info.dims, info_.subblock_side);
-    if (static_cast<int>(level) < first_level_) {
-      coarsenInto(level + 1, position, extent, candidate.voxels);
-      continue;
-    }
-    if (!summarise(level, candidate, extent, subblocks)) continue;
+    const glm::ivec3 extent = extentOf(level, origin, candidate);
     if (level == 0 && maxima_) maxima_->coarsenInto(1, position, extent, candidate.voxels);
     insert(stored, candidate.local);
     for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
       record_.clear();
-      appendRange(record_, info_.type, subblocks[channel]);
+      appendRange(record_, info_.type, looks.subblocks[i][channel]);
       built.channels[channel].ranges.append(record_);
     }
-    appendShell(level, candidate, extent);
+    shells_[level]->addSubblock(std::span(looks.shells).subspan(i * shellBytes(), shellBytes()));
     appendContent(level, candidate);
     if (level + 1 < built_.levels.size()) coarsenInto(level + 1, position, extent, candidate.voxels);
+  }
+  for (std::size_t channel = 0; level == 0 && channel < looks.counts.size(); ++channel) {
+    built_.counts[channel].add(looks.counts[channel]);
   }
   const auto count = static_cast<std::uint8_t>(countOf(stored));
   if (count == 0) return;
@@ -113,16 +137,6 @@ void LevelBuilder::push(std::size_t level, glm::ivec3 origin, std::span<const Ca
   built.counts.append(std::as_bytes(std::span(&count, 1)));
   ++built.info.block_count;
   built.info.subblock_count += count;
-}
-
-void LevelBuilder::appendShell(std::size_t level, const Candidate& candidate, glm::ivec3 extent) {
-  const std::size_t each = kShellParts * apronRangeBytes(info_.type);
-  record_.resize(info_.channels.size() * each);
-  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-    shell_readers_[channel].read(channelOf(candidate.voxels, channel), extent,
-                                 std::span(record_).subspan(channel * each, each));
-  }
-  shells_[level]->addSubblock(record_);
 }
 
 void LevelBuilder::appendContent(std::size_t level, const Candidate& candidate) {
@@ -176,7 +190,14 @@ void LevelBuilder::finishPending(std::size_t level) {
     }
     candidates.push_back({.local = static_cast<std::uint8_t>(local), .slot = 0, .voxels = voxels});
   }
-  push(level, pending.origin, candidates);
+  if (static_cast<int>(level) < first_level_) {
+    for (const Candidate& candidate : candidates) {
+      const glm::ivec3 position = pending.origin * info_.block_side + localPosition(candidate.local);
+      coarsenInto(level + 1, position, extentOf(level, pending.origin, candidate), candidate.voxels);
+    }
+  } else {
+    take(level, pending.origin, candidates, lookAt(level, pending.origin, candidates));
+  }
   pending.any = false;
   pending.touched.fill(false);
 }
@@ -227,50 +248,59 @@ void loadSlots(const TempBytes& spill, const TempBytes& constants, std::span<con
 
 namespace {
 
-// The voxels of one block's candidates, in memory until the next block.
-class CandidateLoader {
+// A block of level 0 with its voxels.
+struct LoadedBlock {
+  glm::ivec3 origin{0};
+  std::vector<LevelBuilder::Candidate> candidates;
+  std::vector<std::byte> voxels;  // those of the spill, then those of a single value
+  LevelBuilder::Looks looks;
+};
+
+// Loads blocks; in several threads at a time.
+class BlockLoader {
  public:
-  CandidateLoader(const Scan& scan, const VolumeInfo& info)
+  BlockLoader(const Scan& scan, const VolumeInfo& info)
       : scan_(scan),
         info_(info),
         channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)),
-        subblock_bytes_(channel_bytes_ * info.channels.size()),
-        constant_(voxelBytes(info.type) * info.channels.size()) {}
+        subblock_bytes_(channel_bytes_ * info.channels.size()) {}
 
   // Sets `voxels` of every candidate of the block at `origin`.
-  void load(glm::ivec3 origin, std::span<LevelBuilder::Candidate> candidates) {
-    slots_.clear();
-    for (const LevelBuilder::Candidate& candidate : candidates) {
-      if ((candidate.slot & kConstantSlot) == 0) slots_.push_back(candidate.slot);
+  LoadedBlock load(glm::ivec3 origin, std::vector<LevelBuilder::Candidate> candidates) const {
+    LoadedBlock block{.origin = origin, .candidates = std::move(candidates), .voxels = {}, .looks = {}};
+    std::vector<std::uint64_t> slots;
+    for (const LevelBuilder::Candidate& candidate : block.candidates) {
+      if ((candidate.slot & kConstantSlot) == 0) slots.push_back(candidate.slot);
     }
-    loaded_.resize(slots_.size() * subblock_bytes_);
-    filled_.resize((candidates.size() - slots_.size()) * subblock_bytes_);
-    loadSlots(scan_.spill, scan_.constants, slots_,
-              {.slot_bytes = subblock_bytes_, .offset = 0, .bytes = subblock_bytes_}, loaded_);
+    block.voxels.resize(block.candidates.size() * subblock_bytes_);
+    loadSlots(scan_.spill, scan_.constants, slots,
+              {.slot_bytes = subblock_bytes_, .offset = 0, .bytes = subblock_bytes_},
+              std::span(block.voxels).first(slots.size() * subblock_bytes_));
     std::size_t next_loaded = 0;
-    std::size_t next_filled = 0;
-    for (LevelBuilder::Candidate& candidate : candidates) {
-      if ((candidate.slot & kConstantSlot) == 0) {
-        candidate.voxels = std::span(loaded_).subspan(next_loaded++ * subblock_bytes_, subblock_bytes_);
-        continue;
-      }
-      const std::span<std::byte> out = std::span(filled_).subspan(next_filled++ * subblock_bytes_, subblock_bytes_);
-      fill(origin, candidate, out);
-      candidate.voxels = out;
+    std::size_t next_filled = slots.size();
+    for (LevelBuilder::Candidate& candidate : block.candidates) {
+      const bool constant = (candidate.slot & kConstantSlot) != 0;
+      const std::size_t place = constant ? next_filled++ : next_loaded++;
+      const std::span<std::byte> voxels = std::span(block.voxels).subspan(place * subblock_bytes_, subblock_bytes_);
+      if (constant) fill(origin, candidate, voxels);
+      candidate.voxels = voxels;
     }
+    return block;
   }
 
  private:
-  void fill(glm::ivec3 origin, const LevelBuilder::Candidate& candidate, std::span<std::byte> out) {
+  void fill(glm::ivec3 origin, const LevelBuilder::Candidate& candidate, std::span<std::byte> out) const {
     const int local = candidate.local;
     const int side = info_.block_side;
     const glm::ivec3 position = origin * side + glm::ivec3(local % side, local / side % side, local / side / side);
     const glm::ivec3 extent = insideExtent(position * info_.subblock_side, info_.dims, info_.subblock_side);
-    scan_.constants.read((candidate.slot & ~kConstantSlot) * constant_.size(), constant_);
     const std::size_t voxel_bytes = voxelBytes(info_.type);
+    std::array<std::byte, kMaxChannels * sizeof(float)> constants{};
+    const std::span<std::byte> constant = std::span(constants).first(voxel_bytes * info_.channels.size());
+    scan_.constants.read((candidate.slot & ~kConstantSlot) * constant.size(), constant);
     for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
       fillConstant(out.subspan(channel * channel_bytes_, channel_bytes_),
-                   std::span(constant_).subspan(channel * voxel_bytes, voxel_bytes), extent, info_.subblock_side);
+                   constant.subspan(channel * voxel_bytes, voxel_bytes), extent, info_.subblock_side);
     }
   }
 
@@ -278,10 +308,6 @@ class CandidateLoader {
   const VolumeInfo& info_;
   std::size_t channel_bytes_;
   std::size_t subblock_bytes_;
-  std::vector<std::byte> constant_;
-  std::vector<std::uint64_t> slots_;
-  std::vector<std::byte> loaded_;
-  std::vector<std::byte> filled_;
 };
 
 }  // namespace
@@ -289,13 +315,22 @@ class CandidateLoader {
 BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& budget,
                         const std::filesystem::path& folder, const BuildOptions& options) {
   LevelBuilder builder(info, budget, folder);
-  CandidateLoader loader(scan, info);
+  const BlockLoader loader(scan, info);
+  Workers workers(workerCount(options.memory_bytes));
+  JobsInOrder<LoadedBlock> jobs(workers);
+  const auto takeOne = [&] {
+    const LoadedBlock block = jobs.take();
+    builder.add(block.origin, block.candidates, block.looks);
+  };
   std::vector<LevelBuilder::Candidate> candidates;
   std::uint64_t code = 0;
   const auto flush = [&] {
-    const glm::ivec3 origin = mortonPosition(code);
-    loader.load(origin, candidates);
-    builder.add(origin, candidates);
+    if (jobs.full()) takeOne();
+    jobs.start([&builder, &loader, origin = mortonPosition(code), candidates] {
+      LoadedBlock block = loader.load(origin, candidates);
+      block.looks = builder.look(origin, block.candidates);
+      return block;
+    });
     candidates.clear();
   };
 
@@ -310,6 +345,7 @@ BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& b
     }
   }
   if (!candidates.empty()) flush();
+  while (!jobs.empty()) takeOne();
   return builder.finish();
 }
 

@@ -57,9 +57,20 @@ class LevelBuilder {
     std::uint64_t slot = 0;             // level 0
     std::span<const std::byte> voxels;  // channel after channel
   };
-  // The candidates of one block of level 0, in ascending order of `local`; blocks in Morton order. Those without a
-  // non-empty voxel in any channel are dropped.
-  void add(glm::ivec3 origin, std::span<const Candidate> candidates) { push(0, origin, candidates); }
+  // What the voxels of a block's candidates say.
+  struct Looks {
+    std::vector<std::array<Subblock, kMaxChannels>> subblocks;  // of each candidate
+    std::vector<bool> nonempty;                                 // in some channel
+    std::vector<std::byte> shells;      // of each, channel after channel; of those that are empty zeros
+    std::vector<ChannelCounts> counts;  // by channel; of level 0
+  };
+  // Of one block of level 0. May run in several threads at a time, and beside everything else here.
+  Looks look(glm::ivec3 origin, std::span<const Candidate> candidates) const { return lookAt(0, origin, candidates); }
+  // The candidates of one block of level 0, in ascending order of `local`, and what look() gave; blocks in Morton
+  // order. Those without a non-empty voxel in any channel are dropped.
+  void add(glm::ivec3 origin, std::span<const Candidate> candidates, const Looks& looks) {
+    take(0, origin, candidates, looks);
+  }
   // Finishes all levels.
   BuiltLevels finish();
 
@@ -72,16 +83,15 @@ class LevelBuilder {
     std::array<bool, kMaxBlockSide * kMaxBlockSide * kMaxBlockSide> touched{};
     std::vector<std::byte> voxels;  // block_side^3 subblocks, each channel after channel
   };
-  using Subblocks = std::array<Subblock, kMaxChannels>;
-  // Of every channel; false when all of them are empty.
-  bool summarise(std::size_t level, const Candidate& candidate, glm::ivec3 extent, Subblocks& subblocks);
   template <typename Bytes>
   Bytes channelOf(Bytes subblock, std::size_t channel) const {
     return subblock.subspan(channel * channel_bytes_, channel_bytes_);
   }
-  void push(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates);
+  Looks lookAt(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates) const;
+  void take(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates, const Looks& looks);
   void appendContent(std::size_t level, const Candidate& candidate);
-  void appendShell(std::size_t level, const Candidate& candidate, glm::ivec3 extent);
+  std::size_t shellBytes() const;
+  glm::ivec3 extentOf(std::size_t level, glm::ivec3 origin, const Candidate& candidate) const;
   void coarsenInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent, std::span<const std::byte> voxels);
   void finishPending(std::size_t level);
   void finishAprons(std::size_t level);

@@ -15,6 +15,11 @@ namespace blockwalk {
 struct ChannelCounts {
   std::uint64_t nonempty_voxels = 0;
   std::array<std::uint64_t, kHistogramBins> histogram{};
+
+  void add(const ChannelCounts& other) {
+    nonempty_voxels += other.nonempty_voxels;
+    for (std::size_t bin = 0; bin < histogram.size(); ++bin) histogram[bin] += other.histogram[bin];
+  }
 };
 
 class SubblockSummary {
