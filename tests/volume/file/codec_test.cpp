@@ -70,7 +70,8 @@ TEST(Codec, AFrameOfZstdStatesItsLength) {
   packed.resize(ZSTD_compress2(context, packed.data(), packed.size(), kPage.data(), kPage.size()));
   ZSTD_freeCCtx(context);
   EXPECT_FALSE(unpacks(Codec::zstd, packed, kPage.size()));
-  // A frame to skip before it is a second frame.
+  // A frame to skip, before it or behind, is a second frame.
+  EXPECT_FALSE(unpacks(Codec::zstd, kZstd + std::string("\x50\x2a\x4d\x18\x01\0\0\0x", 9), kPage.size()));
   EXPECT_FALSE(unpacks(Codec::zstd, std::string("\x50\x2a\x4d\x18\x01\0\0\0x", 9) + kZstd, kPage.size()));
 }
 
