@@ -8,7 +8,7 @@
 
 #include "protocol/view_values.h"
 #include "view/resolved_view.h"
-#include "volume/file/codec.h"
+#include "volume/codec_name.h"
 
 namespace blockwalk {
 namespace {

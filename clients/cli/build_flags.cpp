@@ -7,7 +7,7 @@
 
 #include "clients/cli/flag_values.h"
 #include "clients/cli/usage_error.h"
-#include "volume/file/codec.h"
+#include "volume/codec_name.h"
 
 namespace blockwalk {
 

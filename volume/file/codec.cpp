@@ -42,18 +42,6 @@ bool unpackZstd(std::span<const std::byte> packed, std::span<std::byte> page) {
 
 }  // namespace
 
-std::string_view codecName(Codec codec) {
-  switch (codec) {
-    case Codec::raw:
-      return "raw";
-    case Codec::lz4:
-      return "lz4";
-    case Codec::zstd:
-      return "zstd";
-  }
-  return "";
-}
-
 void PagePacker::FreeZstd::operator()(ZSTD_CCtx_s* context) const { ZSTD_freeCCtx(context); }
 
 PagePacker::PagePacker(Codec codec) : codec_(codec) {

@@ -5,7 +5,6 @@
 #include <cstddef>
 #include <memory>
 #include <span>
-#include <string_view>
 #include <vector>
 
 #include "volume/volume.h"
@@ -13,8 +12,6 @@
 struct ZSTD_CCtx_s;
 
 namespace blockwalk {
-
-std::string_view codecName(Codec codec);
 
 // Packs pages one after the other with one codec. Move-only owner of the codec's memory, of one thread at a time.
 class PagePacker {

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "volume/codec_name.h"
 #include "volume/error.h"
 #include "volume/file/codec.h"
 #include "volume/file/header.h"

@@ -9,6 +9,8 @@
 #include <random>
 #include <string>
 
+#include "volume/codec_name.h"
+
 namespace blockwalk::volume_test {
 namespace {
 

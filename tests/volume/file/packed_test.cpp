@@ -10,8 +10,8 @@
 #include "tests/volume/file/seal.h"
 #include "tests/volume/memory_source.h"
 #include "volume/build/builder.h"
+#include "volume/codec_name.h"
 #include "volume/error.h"
-#include "volume/file/codec.h"
 
 namespace blockwalk::volume_test {
 namespace {
