@@ -267,9 +267,9 @@ CROWDS = [
     {"name": "2 loops of 256x256", "count": 2, "size": "256x256"},
 ]
 IDLE_CROWDS = [
-    {"name": "slow readers, 6 at 14 kB/s, raw", "count": 6, "form": "raw", "rate": 14000, "wait": 15, "fov": 165,
+    {"name": "slow readers, 6 at 14 kB/s, raw", "count": 6, "form": "raw", "rate": 14000, "fov": 165,
      "size": ["8192x8192", "8192x8192", "8192x8192", "7000x7000", "4096x4096", "2048x2048"]},
-    {"name": "silent, 512 connections", "silent": 512, "wait": 3},
+    {"name": "silent, 512 connections", "silent": 512},
 ]
 
 
@@ -360,6 +360,13 @@ def calibrate(viewer, rate):
     print(f"viewer: {viewer.size[0]}x{viewer.size[1]} at 1/8", flush=True)
 
 
+def wait_until_idle(viewer, alone_device):
+    """Until what the crowd asked for is drawn and only its reading is left; or for two minutes."""
+    end = time.monotonic() + 120
+    while time.monotonic() < end and viewer.measure(3)["device"] < 0.9 * alone_device:
+        pass
+
+
 def main():
     asked = options()
     if asked.json:
@@ -384,7 +391,9 @@ def main():
                                               args=(crowd, port, address, volume, asked.format, report))
             process.start()
             crowds.append(process)
-            time.sleep(crowd.get("wait", 3))
+            time.sleep(3)
+            if crowd in IDLE_CROWDS:
+                wait_until_idle(viewer, before["device"])
             asking, about = None, {}
             if crowd in IDLE_CROWDS:
                 asking = threading.Thread(target=stranger, args=(port, volume, about, asked.seconds))
