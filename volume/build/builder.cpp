@@ -79,11 +79,12 @@ std::uint64_t fixedBytes(const VolumeInfo& info, std::uint64_t memory_bytes) {
   const auto block_voxels = static_cast<std::uint64_t>(info.blockVoxels());
   const std::uint64_t block = block_voxels * block_voxels * block_voxels * voxelBytes(info.type);
   const auto levels = static_cast<std::uint64_t>(levelCount(info.dims, info.blockVoxels()));
-  // Of each worker a block with all its channels; later the pages that it packs, packed ones, and some that wait.
+  // Of each worker first the blocks that it looks at and what it finds, then the pages that it packs, packed ones, and
+  // some that wait to be written.
   const std::uint64_t pages = std::max(block, std::uint64_t{1} << 20);
   const auto workers = static_cast<std::uint64_t>(workerCount(memory_bytes));
-  return channels * (strip + (2 * levels + 1) * block) + (workers + 1) * std::max(channels, std::uint64_t{3}) * pages +
-         (std::uint64_t{4} << 20);
+  const std::uint64_t of_workers = std::max((workers + 2) * 2 * channels * block, (workers + 1) * 3 * pages);
+  return channels * (2 * strip + (2 * levels + 1) * block) + of_workers + (std::uint64_t{8} << 20);
 }
 
 void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
@@ -161,7 +162,7 @@ VolumeInfo describeScanned(VolumeInfo info, const Source& source, const Scan& sc
 VolumeInfo describeBuilt(VolumeInfo info, const BuiltLevels& built) {
   for (const BuiltLevel& level : built.levels) info.levels.push_back(level.info);
   for (const BuiltLevel& level : built.maxima) info.maxima.push_back(level.info);
-  for (std::size_t i = 0; i < info.channels.size(); ++i) {
+  for (std::size_t i = 0; i < built.counts.size(); ++i) {
     info.channels[i].nonempty_voxels = built.counts[i].nonempty_voxels;
     info.channels[i].histogram = built.counts[i].histogram;
   }

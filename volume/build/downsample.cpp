@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstring>
+#include <limits>
 #include <span>
 #include <type_traits>
 
@@ -17,7 +18,8 @@ Downsampler::Downsampler(VoxelType type, int side, const ChannelInfo& channel, F
                                                     : Rule::mean),
       side_(side),
       threshold_(channel.empty_threshold),
-      empty_value_(emptyValue(type, channel)) {}
+      empty_value_(emptyValue(type, channel)),
+      first_full_(static_cast<std::uint32_t>(std::clamp(std::floor(threshold_) + 1, 0.0f, 65536.0f))) {}
 
 void Downsampler::clear(std::span<std::byte> coarse) const {
   std::array<std::byte, 4> value{};
@@ -71,19 +73,16 @@ T Downsampler::meanScalar(const std::byte* const* children, int count) const {
 
 // Density is the mean, colour the mean weighted by density: the average of premultiplied colours. Empty voxels are
 // never shown and add nothing, whether they are stored or not.
-std::uint32_t Downsampler::meanColor(const std::byte* const* children, int count) const {
-  std::array<unsigned, 3> color{};
-  unsigned density = 0;
-  for (int i = 0; i < count; ++i) {
-    const auto own = std::to_integer<unsigned>(children[i][3]);
-    if (isEmptyDensity(static_cast<float>(own), threshold_)) continue;
-    for (std::size_t channel = 0; channel < 3; ++channel) {
-      color[channel] += own * std::to_integer<unsigned>(children[i][channel]);
-    }
+std::uint32_t Downsampler::meanColor(std::span<const std::uint32_t> children) const {
+  std::array<std::uint32_t, 3> color{};
+  std::uint32_t density = 0;
+  for (const std::uint32_t child : children) {
+    const std::uint32_t own = child >> 24 >= first_full_ ? child >> 24 : 0;
+    for (std::size_t channel = 0; channel < 3; ++channel) color[channel] += own * (child >> (8 * channel) & 0xff);
     density += own;
   }
   if (density == 0) return 0;
-  const auto n = static_cast<unsigned>(count);
+  const auto n = static_cast<std::uint32_t>(children.size());
   std::uint32_t packed = (2 * density + n) / (2 * n) << 24;
   for (std::size_t channel = 0; channel < 3; ++channel) {
     packed |= (2 * color[channel] + density) / (2 * density) << (8 * channel);
@@ -92,14 +91,12 @@ std::uint32_t Downsampler::meanColor(const std::byte* const* children, int count
 }
 
 // All 8 children are inside, for all voxels: rows at a time. The sums are taken in the order of meanScalar().
-template <typename T>
-void Downsampler::averageWhole(const std::byte* fine, std::byte* coarse) const {
+template <typename T, std::size_t side>
+void Downsampler::averageWhole(const std::byte* fine, std::byte* octant) const {
   using Sum = std::conditional_t<std::is_floating_point_v<T>, double, std::uint32_t>;
-  constexpr std::size_t kMostSide = 16;
-  const auto side = static_cast<std::size_t>(side_);
-  const std::size_t half = side / 2;
-  std::array<T, kMostSide> row{};
-  std::array<Sum, kMostSide / 2> sums;
+  constexpr std::size_t half = side / 2;
+  std::array<T, side> row;
+  std::array<Sum, half> sums;
   for (std::size_t z = 0; z < half; ++z) {
     for (std::size_t y = 0; y < half; ++y) {
       sums.fill(0);
@@ -121,7 +118,7 @@ void Downsampler::averageWhole(const std::byte* fine, std::byte* coarse) const {
           row[x] = static_cast<T>((sums[x] + 4) / 8);
         }
       }
-      std::memcpy(coarse + (z * side + y) * side * sizeof(T), row.data(), half * sizeof(T));
+      std::memcpy(octant + (z * half + y) * half * sizeof(T), row.data(), half * sizeof(T));
     }
   }
 }
@@ -139,25 +136,23 @@ T Downsampler::greatest(const std::byte* const* children, int count) const {
 }
 
 // The voxel of the greatest density with its colour, the first of several; nothing where all are empty.
-std::uint32_t Downsampler::greatestColor(const std::byte* const* children, int count) const {
+std::uint32_t Downsampler::greatestColor(std::span<const std::uint32_t> children) const {
   std::uint32_t most = 0;
-  for (int i = 0; i < count; ++i) {
-    std::uint32_t voxel = 0;
-    std::memcpy(&voxel, children[i], sizeof voxel);
-    const bool empty = isEmptyDensity(static_cast<float>(voxel >> 24), threshold_);
-    if (!empty && voxel >> 24 > most >> 24) most = voxel;
-  }
-  return most;
+  for (const std::uint32_t child : children) most = child >> 24 > most >> 24 ? child : most;
+  return most >> 24 >= first_full_ ? most : 0;
 }
 
-template <typename T>
-void Downsampler::greatestWhole(const std::byte* fine, std::byte* coarse) const {
-  constexpr std::size_t kMostSide = 16;
-  const auto side = static_cast<std::size_t>(side_);
-  const std::size_t half = side / 2;
+template <typename T, std::size_t side>
+void Downsampler::greatestWhole(const std::byte* fine, std::byte* octant) const {
+  constexpr std::size_t half = side / 2;
   const auto empty = static_cast<T>(empty_value_);
-  std::array<T, kMostSide> row{};
-  std::array<T, kMostSide> most{};
+  std::array<T, side> row;
+  std::array<T, side> most;
+  if (std::is_integral_v<T> && static_cast<double>(first_full_) > static_cast<double>(std::numeric_limits<T>::max())) {
+    for (std::size_t i = 0; i < half * half * half; ++i) std::memcpy(octant + i * sizeof(T), &empty, sizeof(T));
+    return;
+  }
+  [[maybe_unused]] const auto first = static_cast<T>(first_full_);  // comparisons as narrow as densities
   for (std::size_t z = 0; z < half; ++z) {
     for (std::size_t y = 0; y < half; ++y) {
       most.fill(empty);
@@ -171,30 +166,98 @@ void Downsampler::greatestWhole(const std::byte* fine, std::byte* coarse) const 
       }
       for (std::size_t x = 0; x < half; ++x) {
         const T value = std::max(most[2 * x], most[2 * x + 1]);
-        row[x] = isEmptyDensity(static_cast<float>(value), threshold_) ? empty : value;
+        if constexpr (std::is_floating_point_v<T>) {
+          row[x] = isEmptyDensity(value, threshold_) ? empty : value;
+        } else {
+          row[x] = value >= first ? value : empty;
+        }
       }
-      std::memcpy(coarse + (z * side + y) * side * sizeof(T), row.data(), half * sizeof(T));
+      std::memcpy(octant + (z * half + y) * half * sizeof(T), row.data(), half * sizeof(T));
     }
   }
 }
 
-void Downsampler::add(std::span<const std::byte> fine, glm::ivec3 extent, std::span<std::byte> coarse,
-                      glm::ivec3 octant) const {
-  const std::size_t bytes = voxelBytes(type_);
-  const auto at = [this, bytes](int x, int y, int z) {
-    return static_cast<std::size_t>((z * side_ + y) * side_ + x) * bytes;
-  };
-  const glm::ivec3 base = octant * (side_ / 2);
-  if (extent == glm::ivec3(side_) && type_ != VoxelType::rgba8 && rule_ != Rule::majority) {
-    std::byte* out = coarse.data() + at(base.x, base.y, base.z);
-    if (rule_ == Rule::greatest) {
-      if (type_ == VoxelType::u8) return greatestWhole<std::uint8_t>(fine.data(), out);
-      if (type_ == VoxelType::u16) return greatestWhole<std::uint16_t>(fine.data(), out);
-      return greatestWhole<float>(fine.data(), out);
+// Rows at a time; what meanColor() gives.
+template <std::size_t side>
+void Downsampler::meanColorsWhole(const std::byte* fine, std::byte* octant) const {
+  constexpr std::size_t half = side / 2;
+  const auto first = static_cast<std::int32_t>(first_full_);
+  for (std::size_t i = 0; i < half * half; ++i) {
+    std::array<std::array<std::int32_t, side>, 4> sums{};  // of two voxels each: colours times density, density
+    for (std::size_t child = 0; child < 4; ++child) {
+      std::array<std::uint32_t, side> row;
+      const std::size_t from = ((2 * (i / half) + child / 2) * side + 2 * (i % half) + child % 2) * side;
+      std::memcpy(row.data(), fine + from * sizeof row[0], sizeof row);
+      for (std::size_t x = 0; x < side; ++x) {
+        const auto density = static_cast<std::int32_t>(row[x] >> 24);
+        const std::int32_t own = density >= first ? density : 0;
+        sums[0][x] += own * static_cast<std::int32_t>(row[x] & 0xff);
+        sums[1][x] += own * static_cast<std::int32_t>(row[x] >> 8 & 0xff);
+        sums[2][x] += own * static_cast<std::int32_t>(row[x] >> 16 & 0xff);
+        sums[3][x] += own;
+      }
     }
-    if (type_ == VoxelType::u8) return averageWhole<std::uint8_t>(fine.data(), out);
-    if (type_ == VoxelType::u16) return averageWhole<std::uint16_t>(fine.data(), out);
-    return averageWhole<float>(fine.data(), out);
+    std::array<std::uint32_t, half> out;
+    for (std::size_t x = 0; x < half; ++x) {
+      const std::int32_t density = sums[3][2 * x] + sums[3][2 * x + 1];
+      // Quotients of integers below 2^24 that are not above 255: no float rounds up to the next integer.
+      const auto divisor = static_cast<float>(density > 0 ? 2 * density : 1);
+      std::uint32_t packed = static_cast<std::uint32_t>(2 * density + 8) / 16 << 24;
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        const std::int32_t color = sums[channel][2 * x] + sums[channel][2 * x + 1];
+        const auto mean = static_cast<std::int32_t>(static_cast<float>(2 * color + density) / divisor);
+        packed |= static_cast<std::uint32_t>(mean) << (8 * channel);
+      }
+      out[x] = packed;
+    }
+    std::memcpy(octant + i * sizeof out, out.data(), sizeof out);
+  }
+}
+
+template <std::size_t side>
+void Downsampler::greatestColorsWhole(const std::byte* fine, std::byte* octant) const {
+  constexpr std::size_t half = side / 2;
+  const auto greater = [](std::uint32_t best, std::uint32_t other) { return other >> 24 > best >> 24 ? other : best; };
+  for (std::size_t i = 0; i < half * half; ++i) {
+    std::array<std::uint32_t, half> out{};
+    for (std::size_t child = 0; child < 4; ++child) {
+      std::array<std::uint32_t, side> row;
+      const std::size_t from = ((2 * (i / half) + child / 2) * side + 2 * (i % half) + child % 2) * side;
+      std::memcpy(row.data(), fine + from * sizeof row[0], sizeof row);
+      for (std::size_t x = 0; x < half; ++x) out[x] = greater(greater(out[x], row[2 * x]), row[2 * x + 1]);
+    }
+    for (std::uint32_t& voxel : out) voxel = voxel >> 24 >= first_full_ ? voxel : 0;
+    std::memcpy(octant + i * sizeof out, out.data(), sizeof out);
+  }
+}
+
+template <std::size_t side>
+void Downsampler::coarsenWhole(const std::byte* fine, std::byte* octant) const {
+  const bool mean = rule_ == Rule::mean;
+  const auto scalar = [&]<typename T>(T) {
+    return mean ? averageWhole<T, side>(fine, octant) : greatestWhole<T, side>(fine, octant);
+  };
+  switch (type_) {
+    case VoxelType::u8:
+      return scalar(std::uint8_t{});
+    case VoxelType::u16:
+      return scalar(std::uint16_t{});
+    case VoxelType::f32:
+      return scalar(float{});
+    case VoxelType::rgba8:
+      return mean ? meanColorsWhole<side>(fine, octant) : greatestColorsWhole<side>(fine, octant);
+  }
+}
+
+void Downsampler::coarsen(std::span<const std::byte> fine, glm::ivec3 extent, std::span<std::byte> octant) const {
+  const std::size_t bytes = voxelBytes(type_);
+  const auto at = [bytes](int side, int x, int y, int z) {
+    return static_cast<std::size_t>((z * side + y) * side + x) * bytes;
+  };
+  if (extent == glm::ivec3(side_) && rule_ != Rule::majority) {
+    if (side_ == 4) return coarsenWhole<4>(fine.data(), octant.data());
+    if (side_ == 8) return coarsenWhole<8>(fine.data(), octant.data());
+    return coarsenWhole<16>(fine.data(), octant.data());
   }
   for (int z = 0; z < extent.z; z += 2) {
     for (int y = 0; y < extent.y; y += 2) {
@@ -204,15 +267,21 @@ void Downsampler::add(std::span<const std::byte> fine, glm::ivec3 extent, std::s
         for (int child = 0; child < 8; ++child) {
           const glm::ivec3 own(x + (child & 1), y + (child >> 1 & 1), z + (child >> 2));
           if (own.x < extent.x && own.y < extent.y && own.z < extent.z) {
-            children[static_cast<std::size_t>(count++)] = fine.data() + at(own.x, own.y, own.z);
+            children[static_cast<std::size_t>(count++)] = fine.data() + at(side_, own.x, own.y, own.z);
           }
         }
-        std::byte* out = coarse.data() + at(base.x + x / 2, base.y + y / 2, base.z + z / 2);
+        std::byte* out = octant.data() + at(side_ / 2, x / 2, y / 2, z / 2);
         const auto store = [out](auto value) { std::memcpy(out, &value, sizeof value); };
         const auto scalar = [&](auto kind) {
           using T = decltype(kind);
           if (rule_ == Rule::majority) return majority<T>(children.data(), count);
           return rule_ == Rule::mean ? meanScalar<T>(children.data(), count) : greatest<T>(children.data(), count);
+        };
+        const auto color = [&](std::span<const std::byte* const> voxels) {
+          std::array<std::uint32_t, 8> colors;
+          for (std::size_t i = 0; i < voxels.size(); ++i) std::memcpy(&colors[i], voxels[i], sizeof colors[i]);
+          const auto own = std::span(colors).first(voxels.size());
+          return rule_ == Rule::mean ? meanColor(own) : greatestColor(own);
         };
         switch (type_) {
           case VoxelType::u8:
@@ -225,7 +294,7 @@ void Downsampler::add(std::span<const std::byte> fine, glm::ivec3 extent, std::s
             store(scalar(float{}));
             break;
           case VoxelType::rgba8:
-            store(rule_ == Rule::mean ? meanColor(children.data(), count) : greatestColor(children.data(), count));
+            store(color(std::span(children).first(static_cast<std::size_t>(count))));
             break;
         }
       }

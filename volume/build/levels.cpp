@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "volume/build/workers.h"
 #include "volume/error.h"
@@ -35,6 +36,23 @@ void clearOutside(std::span<std::byte> subblock, std::size_t voxel_bytes, glm::i
   }
 }
 
+// memcpy() whose length is known in the cases that come nearly always.
+void copyRow(std::byte* to, const std::byte* from, std::size_t bytes) {
+  switch (bytes) {
+    case 4:
+      std::memcpy(to, from, 4);
+      return;
+    case 8:
+      std::memcpy(to, from, 8);
+      return;
+    case 16:
+      std::memcpy(to, from, 16);
+      return;
+    default:
+      std::memcpy(to, from, bytes);
+  }
+}
+
 }  // namespace
 
 LevelBuilder::LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, const std::filesystem::path& folder,
@@ -49,7 +67,7 @@ LevelBuilder::LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, co
     shell_readers_.emplace_back(info.type, info.subblock_side, channel);
     downsamplers_.emplace_back(info.type, info.subblock_side, channel, form);
   }
-  built_.counts.resize(info.channels.size());
+  if (info.type == VoxelType::f32) built_.counts.resize(info.channels.size());
   const int count = levelCount(info.dims, info.blockVoxels());
   const auto stream = [&] { return TempBytes(folder, budget.stream_bytes / info.channels.size()); };
   for (int i = 0; i < count; ++i) {
@@ -74,69 +92,86 @@ glm::ivec3 LevelBuilder::localPosition(int local) const {
           local / info_.block_side / info_.block_side};
 }
 
-std::size_t LevelBuilder::shellBytes() const {
-  return info_.channels.size() * kShellParts * apronRangeBytes(info_.type);
-}
-
-glm::ivec3 LevelBuilder::extentOf(std::size_t level, glm::ivec3 origin, const Candidate& candidate) const {
-  const glm::ivec3 position = origin * info_.block_side + localPosition(candidate.local);
-  return insideExtent(position * info_.subblock_side, built_.levels[level].info.dims, info_.subblock_side);
-}
-
-LevelBuilder::Looks LevelBuilder::lookAt(std::size_t level, glm::ivec3 origin,
-                                         std::span<const Candidate> candidates) const {
-  Looks looks;
-  looks.subblocks.resize(candidates.size());
-  looks.nonempty.resize(candidates.size());
-  looks.shells.resize(candidates.size() * shellBytes());
-  looks.counts.resize(info_.channels.size());
-  const std::size_t shell = shellBytes() / info_.channels.size();
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    const glm::ivec3 extent = extentOf(level, origin, candidates[i]);
-    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      const std::span<const std::byte> voxels = channelOf(candidates[i].voxels, channel);
-      Subblock& subblock = looks.subblocks[i][channel];
-      subblock = level == 0 ? summaries_[channel].summariseAndCount(voxels, extent, looks.counts[channel])
-                            : summaries_[channel].summarise(voxels, extent);
-      looks.nonempty[i] = looks.nonempty[i] || subblock.range_mask != 0;
-    }
-    for (std::size_t channel = 0; looks.nonempty[i] && channel < info_.channels.size(); ++channel) {
-      shell_readers_[channel].read(channelOf(candidates[i].voxels, channel), extent,
-                                   std::span(looks.shells).subspan(i * shellBytes() + channel * shell, shell));
-    }
-  }
-  return looks;
-}
-
-void LevelBuilder::take(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates,
-                        const Looks& looks) {
-  BuiltLevel& built = built_.levels[level];
-  SubblockSet stored{};
-  for (std::size_t i = 0; i < candidates.size(); ++i) {
-    if (!looks.nonempty[i]) continue;
-    const Candidate& candidate = candidates[i];
+void LevelBuilder::find(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates,
+                        Findings& findings) const {
+  findings.origin = origin;
+  findings.stored.clear();
+  for (auto* bytes : {&findings.ranges, &findings.shells, &findings.octants, &findings.maxima_octants}) bytes->clear();
+  findings.counts.assign(level == 0 ? built_.counts.size() : 0, {});
+  const bool kept = static_cast<int>(level) >= first_level_;
+  for (const Candidate& candidate : candidates) {
     const glm::ivec3 position = origin * info_.block_side + localPosition(candidate.local);
-    const glm::ivec3 extent = extentOf(level, origin, candidate);
-    if (level == 0 && maxima_) maxima_->coarsenInto(1, position, extent, candidate.voxels);
-    insert(stored, candidate.local);
-    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      record_.clear();
-      appendRange(record_, info_.type, looks.subblocks[i][channel]);
-      built.channels[channel].ranges.append(record_);
+    const glm::ivec3 extent =
+        insideExtent(position * info_.subblock_side, built_.levels[level].info.dims, info_.subblock_side);
+    if (kept && !appendRanges(candidate, extent, findings)) continue;
+    findings.stored.push_back(candidate);
+    if (kept) appendShell(candidate, extent, findings.shells);
+    if (level + 1 < built_.levels.size()) appendOctant(candidate, extent, findings.octants);
+    if (level == 0 && maxima_) maxima_->appendOctant(candidate, extent, findings.maxima_octants);
+  }
+}
+
+bool LevelBuilder::appendRanges(const Candidate& candidate, glm::ivec3 extent, Findings& findings) const {
+  const std::size_t begin = findings.ranges.size();
+  bool any = false;
+  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    const std::span<const std::byte> voxels = channelOf(candidate.voxels, channel);
+    const Subblock range = findings.counts.empty()
+                               ? summaries_[channel].summarise(voxels, extent)
+                               : summaries_[channel].summariseAndCount(voxels, extent, findings.counts[channel]);
+    any = any || range.range_mask != 0;
+    appendRange(findings.ranges, info_.type, range);
+  }
+  if (!any) findings.ranges.resize(begin);
+  return any;
+}
+
+void LevelBuilder::appendShell(const Candidate& candidate, glm::ivec3 extent, std::vector<std::byte>& shells) const {
+  const std::size_t each = kShellParts * apronRangeBytes(info_.type);
+  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    shells.resize(shells.size() + each);
+    shell_readers_[channel].read(channelOf(candidate.voxels, channel), extent, std::span(shells).last(each));
+  }
+}
+
+void LevelBuilder::appendOctant(const Candidate& candidate, glm::ivec3 extent, std::vector<std::byte>& octants) const {
+  const std::size_t each = channel_bytes_ / 8;
+  for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    octants.resize(octants.size() + each);
+    downsamplers_[channel].coarsen(channelOf(candidate.voxels, channel), extent, std::span(octants).last(each));
+  }
+}
+
+void LevelBuilder::push(std::size_t level, const Findings& findings) {
+  if (static_cast<int>(level) >= first_level_) appendRecords(level, findings);
+  if (level + 1 < built_.levels.size()) coarsenInto(level + 1, findings, findings.octants);
+  if (level == 0 && maxima_) maxima_->coarsenInto(1, findings, findings.maxima_octants);
+}
+
+void LevelBuilder::appendRecords(std::size_t level, const Findings& findings) {
+  if (findings.stored.empty()) return;
+  BuiltLevel& built = built_.levels[level];
+  const std::size_t channels = info_.channels.size();
+  const std::size_t range_bytes = rangeBytes(info_.type);
+  const std::size_t shell_bytes = channels * kShellParts * apronRangeBytes(info_.type);
+  SubblockSet stored{};
+  for (std::size_t i = 0; i < findings.stored.size(); ++i) {
+    insert(stored, findings.stored[i].local);
+    for (std::size_t channel = 0; channel < channels; ++channel) {
+      const std::size_t at = (i * channels + channel) * range_bytes;
+      built.channels[channel].ranges.append(std::span(findings.ranges).subspan(at, range_bytes));
     }
-    shells_[level]->addSubblock(std::span(looks.shells).subspan(i * shellBytes(), shellBytes()));
-    appendContent(level, candidate);
-    if (level + 1 < built_.levels.size()) coarsenInto(level + 1, position, extent, candidate.voxels);
+    shells_[level]->addSubblock(std::span(findings.shells).subspan(i * shell_bytes, shell_bytes));
+    appendContent(level, findings.stored[i]);
   }
-  for (std::size_t channel = 0; level == 0 && channel < looks.counts.size(); ++channel) {
-    built_.counts[channel].add(looks.counts[channel]);
-  }
-  const auto count = static_cast<std::uint8_t>(countOf(stored));
-  if (count == 0) return;
-  shells_[level]->addBlock(origin, stored);
+  shells_[level]->addBlock(findings.origin, stored);
+  const auto count = static_cast<std::uint8_t>(findings.stored.size());
   built.counts.append(std::as_bytes(std::span(&count, 1)));
   ++built.info.block_count;
   built.info.subblock_count += count;
+  for (std::size_t channel = 0; channel < findings.counts.size(); ++channel) {
+    built_.counts[channel].add(findings.counts[channel]);
+  }
 }
 
 void LevelBuilder::appendContent(std::size_t level, const Candidate& candidate) {
@@ -154,8 +189,17 @@ void LevelBuilder::appendContent(std::size_t level, const Candidate& candidate) 
   built_.levels[0].slots.append(std::as_bytes(std::span(&slot, 1)));
 }
 
-void LevelBuilder::coarsenInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent,
-                               std::span<const std::byte> voxels) {
+void LevelBuilder::coarsenInto(std::size_t level, const Findings& findings, std::span<const std::byte> octants) {
+  for (std::size_t i = 0; i < findings.stored.size(); ++i) {
+    const glm::ivec3 position = findings.origin * info_.block_side + localPosition(findings.stored[i].local);
+    const glm::ivec3 extent =
+        insideExtent(position * info_.subblock_side, built_.levels[level - 1].info.dims, info_.subblock_side);
+    placeOctant(level, position, extent, octants.subspan(i * subblock_bytes_ / 8, subblock_bytes_ / 8));
+  }
+}
+
+void LevelBuilder::placeOctant(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent,
+                               std::span<const std::byte> octant) {
   const glm::ivec3 coarse = subblock / 2;
   const glm::ivec3 origin = coarse / info_.block_side;
   if (pending_[level].any && pending_[level].origin != origin) finishPending(level);
@@ -167,10 +211,23 @@ void LevelBuilder::coarsenInto(std::size_t level, glm::ivec3 subblock, glm::ivec
   const auto per_block = static_cast<std::size_t>(info_.block_side * info_.block_side * info_.block_side);
   pending.voxels.resize(per_block * subblock_bytes_);
   const std::span<std::byte> target = std::span(pending.voxels).subspan(local * subblock_bytes_, subblock_bytes_);
+  const int half = info_.subblock_side / 2;
+  const glm::ivec3 base = (subblock - coarse * 2) * half;
+  const glm::ivec3 inside = (extent + 1) / 2;
+  const std::size_t voxel_bytes = voxelBytes(info_.type);
+  const auto byteAt = [voxel_bytes](int side, int x, int y, int z) {
+    return static_cast<std::size_t>((z * side + y) * side + x) * voxel_bytes;
+  };
   for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
     const std::span<std::byte> part = channelOf(target, channel);
     if (!pending.touched[local]) downsamplers_[channel].clear(part);
-    downsamplers_[channel].add(channelOf(voxels, channel), extent, part, subblock - coarse * 2);
+    const std::byte* from = octant.data() + channel * (channel_bytes_ / 8);
+    for (int z = 0; z < inside.z; ++z) {
+      for (int y = 0; y < inside.y; ++y) {
+        copyRow(part.data() + byteAt(info_.subblock_side, base.x, base.y + y, base.z + z), from + byteAt(half, 0, y, z),
+                static_cast<std::size_t>(inside.x) * voxel_bytes);
+      }
+    }
   }
   pending.touched[local] = true;
 }
@@ -190,14 +247,9 @@ void LevelBuilder::finishPending(std::size_t level) {
     }
     candidates.push_back({.local = static_cast<std::uint8_t>(local), .slot = 0, .voxels = voxels});
   }
-  if (static_cast<int>(level) < first_level_) {
-    for (const Candidate& candidate : candidates) {
-      const glm::ivec3 position = pending.origin * info_.block_side + localPosition(candidate.local);
-      coarsenInto(level + 1, position, extentOf(level, pending.origin, candidate), candidate.voxels);
-    }
-  } else {
-    take(level, pending.origin, candidates, lookAt(level, pending.origin, candidates));
-  }
+  Findings findings;
+  find(level, pending.origin, candidates, findings);
+  push(level, findings);
   pending.any = false;
   pending.touched.fill(false);
 }
@@ -248,66 +300,68 @@ void loadSlots(const TempBytes& spill, const TempBytes& constants, std::span<con
 
 namespace {
 
-// A block of level 0 with its voxels.
-struct LoadedBlock {
+// Of sparse blocks several are looked at in one job: handing it over takes as long as looking at a subblock.
+constexpr std::size_t kLeastSubblocks = 32;
+
+struct WantedBlock {
   glm::ivec3 origin{0};
   std::vector<LevelBuilder::Candidate> candidates;
-  std::vector<std::byte> voxels;  // those of the spill, then those of a single value
-  LevelBuilder::Looks looks;
 };
 
-// Loads blocks; in several threads at a time.
-class BlockLoader {
+// A block that is looked at, with the voxels that its findings refer to.
+class FoundBlock {
  public:
-  BlockLoader(const Scan& scan, const VolumeInfo& info)
-      : scan_(scan),
-        info_(info),
-        channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type)),
-        subblock_bytes_(channel_bytes_ * info.channels.size()) {}
+  const LevelBuilder::Findings& findings() const { return findings_; }
 
-  // Sets `voxels` of every candidate of the block at `origin`.
-  LoadedBlock load(glm::ivec3 origin, std::vector<LevelBuilder::Candidate> candidates) const {
-    LoadedBlock block{.origin = origin, .candidates = std::move(candidates), .voxels = {}, .looks = {}};
-    std::vector<std::uint64_t> slots;
-    for (const LevelBuilder::Candidate& candidate : block.candidates) {
-      if ((candidate.slot & kConstantSlot) == 0) slots.push_back(candidate.slot);
-    }
-    block.voxels.resize(block.candidates.size() * subblock_bytes_);
-    loadSlots(scan_.spill, scan_.constants, slots,
-              {.slot_bytes = subblock_bytes_, .offset = 0, .bytes = subblock_bytes_},
-              std::span(block.voxels).first(slots.size() * subblock_bytes_));
-    std::size_t next_loaded = 0;
-    std::size_t next_filled = slots.size();
-    for (LevelBuilder::Candidate& candidate : block.candidates) {
-      const bool constant = (candidate.slot & kConstantSlot) != 0;
-      const std::size_t place = constant ? next_filled++ : next_loaded++;
-      const std::span<std::byte> voxels = std::span(block.voxels).subspan(place * subblock_bytes_, subblock_bytes_);
-      if (constant) fill(origin, candidate, voxels);
-      candidate.voxels = voxels;
-    }
-    return block;
+  void find(const Scan& scan, const VolumeInfo& info, const LevelBuilder& builder, glm::ivec3 origin,
+            std::span<LevelBuilder::Candidate> candidates) {
+    load(scan, info, origin, candidates);
+    builder.find(origin, candidates, findings_);
   }
 
  private:
-  void fill(glm::ivec3 origin, const LevelBuilder::Candidate& candidate, std::span<std::byte> out) const {
-    const int local = candidate.local;
-    const int side = info_.block_side;
-    const glm::ivec3 position = origin * side + glm::ivec3(local % side, local / side % side, local / side / side);
-    const glm::ivec3 extent = insideExtent(position * info_.subblock_side, info_.dims, info_.subblock_side);
-    const std::size_t voxel_bytes = voxelBytes(info_.type);
-    std::array<std::byte, kMaxChannels * sizeof(float)> constants{};
-    const std::span<std::byte> constant = std::span(constants).first(voxel_bytes * info_.channels.size());
-    scan_.constants.read((candidate.slot & ~kConstantSlot) * constant.size(), constant);
-    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      fillConstant(out.subspan(channel * channel_bytes_, channel_bytes_),
-                   constant.subspan(channel * voxel_bytes, voxel_bytes), extent, info_.subblock_side);
+  // Sets `voxels` of every candidate.
+  void load(const Scan& scan, const VolumeInfo& info, glm::ivec3 origin,
+            std::span<LevelBuilder::Candidate> candidates) {
+    const std::size_t subblock_bytes =
+        static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type) * info.channels.size();
+    std::vector<std::uint64_t> slots;
+    for (const LevelBuilder::Candidate& candidate : candidates) {
+      if ((candidate.slot & kConstantSlot) == 0) slots.push_back(candidate.slot);
+    }
+    voxels_.resize(candidates.size() * subblock_bytes);
+    std::size_t next_spilled = 0;
+    std::size_t next_filled = slots.size() * subblock_bytes;
+    loadSlots(scan.spill, scan.constants, slots, {.slot_bytes = subblock_bytes, .offset = 0, .bytes = subblock_bytes},
+              std::span(voxels_).first(next_filled));
+    for (LevelBuilder::Candidate& candidate : candidates) {
+      const bool constant = (candidate.slot & kConstantSlot) != 0;
+      std::size_t& next = constant ? next_filled : next_spilled;
+      const std::span<std::byte> voxels = std::span(voxels_).subspan(next, subblock_bytes);
+      next += subblock_bytes;
+      if (constant) fill(scan, info, origin, candidate, voxels);
+      candidate.voxels = voxels;
     }
   }
 
-  const Scan& scan_;
-  const VolumeInfo& info_;
-  std::size_t channel_bytes_;
-  std::size_t subblock_bytes_;
+  static void fill(const Scan& scan, const VolumeInfo& info, glm::ivec3 origin,
+                   const LevelBuilder::Candidate& candidate, std::span<std::byte> out) {
+    const int local = candidate.local;
+    const int side = info.block_side;
+    const glm::ivec3 position = origin * side + glm::ivec3(local % side, local / side % side, local / side / side);
+    const glm::ivec3 extent = insideExtent(position * info.subblock_side, info.dims, info.subblock_side);
+    const std::size_t voxel_bytes = voxelBytes(info.type);
+    const std::size_t channel_bytes = out.size() / info.channels.size();
+    std::vector<std::byte> constant(voxel_bytes * info.channels.size());
+    scan.constants.read((candidate.slot & ~kConstantSlot) * constant.size(), constant);
+    for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+      fillConstant(out.subspan(channel * channel_bytes, channel_bytes),
+                   std::span(constant).subspan(channel * voxel_bytes, voxel_bytes), extent, info.subblock_side);
+    }
+  }
+
+  std::vector<std::byte> voxels_;
+  LevelBuilder::Findings findings_;
 };
 
 }  // namespace
@@ -315,23 +369,34 @@ class BlockLoader {
 BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& budget,
                         const std::filesystem::path& folder, const BuildOptions& options) {
   LevelBuilder builder(info, budget, folder);
-  const BlockLoader loader(scan, info);
   Workers workers(workerCount(options.memory_bytes));
-  JobsInOrder<LoadedBlock> jobs(workers);
-  const auto takeOne = [&] {
-    const LoadedBlock block = jobs.take();
-    builder.add(block.origin, block.candidates, block.looks);
+  JobsInOrder<std::vector<FoundBlock>> jobs(workers);
+  std::vector<FoundBlock> done_with;  // for its memory
+  const auto takeBlocks = [&] {
+    done_with = jobs.take();
+    for (const FoundBlock& block : done_with) builder.add(block.findings());
+    if (done_with.size() > 1) done_with.clear();  // a block each that grows in turn would be too much
+  };
+  std::vector<WantedBlock> wanted;
+  std::size_t wanted_subblocks = 0;
+  const auto find = [&] {
+    if (jobs.full()) takeBlocks();
+    jobs.start(
+        [&scan, &info, &builder, blocks = std::exchange(wanted, {}), found = std::exchange(done_with, {})]() mutable {
+          found.resize(blocks.size());
+          for (std::size_t i = 0; i < blocks.size(); ++i) {
+            found[i].find(scan, info, builder, blocks[i].origin, blocks[i].candidates);
+          }
+          return std::move(found);
+        });
+    wanted_subblocks = 0;
   };
   std::vector<LevelBuilder::Candidate> candidates;
   std::uint64_t code = 0;
   const auto flush = [&] {
-    if (jobs.full()) takeOne();
-    jobs.start([&builder, &loader, origin = mortonPosition(code), candidates] {
-      LoadedBlock block = loader.load(origin, candidates);
-      block.looks = builder.look(origin, block.candidates);
-      return block;
-    });
-    candidates.clear();
+    wanted_subblocks += candidates.size();
+    wanted.push_back({.origin = mortonPosition(code), .candidates = std::exchange(candidates, {})});
+    if (wanted_subblocks >= kLeastSubblocks) find();
   };
 
   SubblockRecord record;
@@ -345,7 +410,8 @@ BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& b
     }
   }
   if (!candidates.empty()) flush();
-  while (!jobs.empty()) takeOne();
+  if (!wanted.empty()) find();
+  while (!jobs.empty()) takeBlocks();
   return builder.finish();
 }
 

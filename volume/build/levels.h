@@ -41,7 +41,7 @@ struct BuiltLevel {
 struct BuiltLevels {
   std::vector<BuiltLevel> levels;     // of values
   std::vector<BuiltLevel> maxima;     // from level kFirstMaximaLevel on, or none
-  std::vector<ChannelCounts> counts;  // by channel
+  std::vector<ChannelCounts> counts;  // by channel, of f32; else none
   TempBytes constants;                // subblocks of level 0 that the spill has not, each channel after channel
 };
 
@@ -57,20 +57,24 @@ class LevelBuilder {
     std::uint64_t slot = 0;             // level 0
     std::span<const std::byte> voxels;  // channel after channel
   };
-  // What the voxels of a block's candidates say.
-  struct Looks {
-    std::vector<std::array<Subblock, kMaxChannels>> subblocks;  // of each candidate
-    std::vector<bool> nonempty;                                 // in some channel
-    std::vector<std::byte> shells;      // of each, channel after channel; of those that are empty zeros
-    std::vector<ChannelCounts> counts;  // by channel; of level 0
+  // What follows from one block's voxels alone. Refers to the candidates' voxels.
+  struct Findings {
+    glm::ivec3 origin{0};
+    std::vector<Candidate> stored;          // those with a non-empty voxel in some channel
+    std::vector<std::byte> ranges;          // of each, as the file holds them; in a subblock channel after channel
+    std::vector<std::byte> shells;          // likewise
+    std::vector<std::byte> octants;         // of the level above; where there is one
+    std::vector<std::byte> maxima_octants;  // of level 1 of the maxima; where there are some
+    std::vector<ChannelCounts> counts;      // of level 0 and f32
   };
-  // Of one block of level 0. May run in several threads at a time, and beside everything else here.
-  Looks look(glm::ivec3 origin, std::span<const Candidate> candidates) const { return lookAt(0, origin, candidates); }
-  // The candidates of one block of level 0, in ascending order of `local`, and what look() gave; blocks in Morton
-  // order. Those without a non-empty voxel in any channel are dropped.
-  void add(glm::ivec3 origin, std::span<const Candidate> candidates, const Looks& looks) {
-    take(0, origin, candidates, looks);
+  // The candidates of one block of level 0, in ascending order of `local`. May run at the same time in several threads,
+  // and beside add().
+  // `findings` is replaced, but for its memory.
+  void find(glm::ivec3 origin, std::span<const Candidate> candidates, Findings& findings) const {
+    find(0, origin, candidates, findings);
   }
+  // Takes blocks of level 0 in Morton order.
+  void add(const Findings& findings) { push(0, findings); }
   // Finishes all levels.
   BuiltLevels finish();
 
@@ -87,12 +91,17 @@ class LevelBuilder {
   Bytes channelOf(Bytes subblock, std::size_t channel) const {
     return subblock.subspan(channel * channel_bytes_, channel_bytes_);
   }
-  Looks lookAt(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates) const;
-  void take(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates, const Looks& looks);
+  void find(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates, Findings& findings) const;
+  // False when all channels are empty, and then nothing was added.
+  bool appendRanges(const Candidate& candidate, glm::ivec3 extent, Findings& findings) const;
+  void appendShell(const Candidate& candidate, glm::ivec3 extent, std::vector<std::byte>& shells) const;
+  void appendOctant(const Candidate& candidate, glm::ivec3 extent, std::vector<std::byte>& octants) const;
+  void push(std::size_t level, const Findings& findings);
+  void appendRecords(std::size_t level, const Findings& findings);
   void appendContent(std::size_t level, const Candidate& candidate);
-  std::size_t shellBytes() const;
-  glm::ivec3 extentOf(std::size_t level, glm::ivec3 origin, const Candidate& candidate) const;
-  void coarsenInto(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent, std::span<const std::byte> voxels);
+  // `octants`: of each subblock, on the level below `level`.
+  void coarsenInto(std::size_t level, const Findings& findings, std::span<const std::byte> octants);
+  void placeOctant(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent, std::span<const std::byte> octant);
   void finishPending(std::size_t level);
   void finishAprons(std::size_t level);
   glm::ivec3 localPosition(int local) const;
@@ -108,7 +117,6 @@ class LevelBuilder {
   BuiltLevels built_;
   std::vector<std::optional<LevelShells>> shells_;  // of a level until it is finished
   std::vector<Pending> pending_;                    // [0] is not used
-  std::vector<std::byte> record_;
 };
 
 // Feeds the scan's records to a LevelBuilder, block by block.

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <limits>
 
+#include "volume/build/summary.h"
 #include "volume/error.h"
 
 namespace blockwalk {
@@ -225,6 +226,19 @@ void DensityStatistics::describe(ChannelInfo& channel, std::optional<float> thre
   // The density domain of 8 bits is 0..256, so that the cuts are 32, 64, ... (Derin et al. 2021, 2.3).
   channel.bin_cuts = uniform ? uniformCuts(channel.histogram_lo, eight_bits ? 256 : channel.density_max)
                              : quantileCuts(channel.empty_threshold, channel.density_max);
+  if (type_ != VoxelType::f32) countNonEmpty(channel);
+}
+
+void DensityStatistics::countNonEmpty(ChannelInfo& channel) const {
+  const HistogramBins bins(channel);
+  channel.nonempty_voxels = 0;
+  channel.histogram.fill(0);
+  for (std::size_t key = 0; key < counts_.size(); ++key) {
+    const auto density = static_cast<float>(key);
+    if (counts_[key] == 0 || isEmptyDensity(density, channel.empty_threshold)) continue;
+    channel.nonempty_voxels += counts_[key];
+    channel.histogram[bins.of(density)] += counts_[key];
+  }
 }
 
 }  // namespace blockwalk

@@ -27,12 +27,14 @@ class DensityStatistics {
 
   // How many different values are not empty; exact for integers.
   std::size_t distinctAbove(float threshold) const;
-  // Fills empty_threshold, density_min, density_max, bin_cuts, histogram_lo, histogram_hi, nonfinite_voxels.
+  // Fills empty_threshold, density_min, density_max, bin_cuts, histogram_lo, histogram_hi, nonfinite_voxels, and of
+  // integers nonempty_voxels and histogram: of floats the value of each voxel is no longer known.
   void describe(ChannelInfo& channel, std::optional<float> threshold, MaskBins bins) const;
 
  private:
   void addFloats(std::span<const std::byte> voxels);
   void findRange(ChannelInfo& channel, std::optional<float> threshold) const;
+  void countNonEmpty(ChannelInfo& channel) const;
   std::array<float, kRangeMaskBins - 1> quantileCuts(float threshold, float density_max) const;
 
   VoxelType type_;

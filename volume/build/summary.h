@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -11,7 +12,7 @@
 
 namespace blockwalk {
 
-// What is counted of one channel over all subblocks of level 0.
+// What is counted of one channel over all subblocks of level 0: of floats. Integers were counted value by value before.
 struct ChannelCounts {
   std::uint64_t nonempty_voxels = 0;
   std::array<std::uint64_t, kHistogramBins> histogram{};
@@ -22,33 +23,42 @@ struct ChannelCounts {
   }
 };
 
+// The bin of a density in a channel's histogram, whose bounds must be final.
+class HistogramBins {
+ public:
+  explicit HistogramBins(const ChannelInfo& channel);
+  std::size_t of(float density) const;
+
+ private:
+  double lo_;
+  double bins_per_unit_;
+};
+
 class SubblockSummary {
  public:
   // Takes threshold, cuts and histogram bounds of the channel, which must be final. `side`: of a subblock, voxels.
+  // Nothing changes behind this: several threads may ask at the same time.
   SubblockSummary(VoxelType type, int side, const ChannelInfo& channel);
 
   // Minimum, maximum and mask over the non-empty voxels inside `extent`; the mask is 0 when there are none.
   Subblock summarise(std::span<const std::byte> voxels, glm::ivec3 extent) const;
-  // The same, and adds those voxels to the totals.
+  // The same, and adds those voxels to the totals: of f32.
   Subblock summariseAndCount(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelCounts& totals) const;
 
  private:
-  template <typename T, std::size_t channels, bool counting>
-  Subblock scan(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelCounts* totals) const;
+  template <typename T, std::size_t channels>
+  Subblock scanIntegers(std::span<const std::byte> voxels, glm::ivec3 extent) const;
   template <bool counting>
-  Subblock scanType(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelCounts* totals) const;
-  std::uint8_t maskOf(float density) const;
-  std::uint8_t histogramBinOf(float density) const;
+  Subblock scanFloats(std::span<const std::byte> voxels, glm::ivec3 extent, ChannelCounts* totals) const;
 
   VoxelType type_;
   int side_;
   float threshold_;
   std::array<float, kRangeMaskBins - 1> cuts_;
-  double histogram_lo_;
-  double bins_per_unit_;
-  // By value, for the integer types: range mask (0: empty) and histogram bin.
+  HistogramBins histogram_;
+  // For the integer types: masks by value, 0 for what is empty; the least value that is not, or 0 where all are.
   std::vector<std::uint8_t> masks_;
-  std::vector<std::uint8_t> bins_;
+  std::size_t first_full_ = 0;
 };
 
 }  // namespace blockwalk
