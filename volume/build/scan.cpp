@@ -2,11 +2,15 @@
 #include "volume/build/scan.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <numeric>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include "volume/build/strips.h"
+#include "volume/build/workers.h"
 
 namespace blockwalk {
 namespace {
@@ -164,6 +168,26 @@ class StripCutter {
   std::vector<std::byte> constant_;  // the newest of the constants
 };
 
+constexpr std::size_t kBatchBytes = std::size_t{1} << 20;  // handing a batch over takes as long as 10 to 50 KiB
+
+// Strips that are cut in one go.
+struct StripBatch {
+  struct Placed {
+    Strip strip;
+    int y = 0;
+    int z = 0;
+  };
+  std::vector<Placed> strips;
+  std::vector<std::vector<std::byte>> voxels;  // of a strip each; kept for the next ones
+
+  const Strip& read(StripReader& reader, int y, int z) {
+    if (strips.size() == voxels.size()) voxels.emplace_back();
+    strips.push_back({.strip = reader.read(z, y, voxels[strips.size()]), .y = y, .z = z});
+    return strips.back().strip;
+  }
+  std::size_t bytes() const { return strips.empty() ? 0 : strips.size() * strips.front().strip.voxels.size(); }
+};
+
 }  // namespace
 
 glm::ivec3 insideExtent(glm::ivec3 begin, glm::ivec3 dims, int side) {
@@ -197,18 +221,35 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
   const glm::ivec3 count = strips.strips();
   const auto rows = static_cast<std::uint64_t>(info.dims.y) * static_cast<std::uint64_t>(info.dims.z);
   std::uint64_t done = 0;
+  // While some strips are read and converted, a thread of its own counts and cuts those before.
+  std::array<StripBatch, 2> batches;
+  std::size_t own = 0;
+  Workers cutting(1);
+  JobsInOrder<void> jobs(cutting);
+  const auto cutBatch = [&] {
+    if (!jobs.empty()) jobs.take();
+    jobs.start([&scan, &cutter, &batch = batches[own]] {
+      for (const StripBatch::Placed& placed : batch.strips) {
+        for (std::size_t channel = 0; channel < placed.strip.channels; ++channel) {
+          scan.statistics[channel].add(placed.strip.channel(channel));
+          if (!scan.guesses.empty()) scan.guesses[channel].add(placed.strip.channel(channel));
+        }
+        cutter.cut(placed.strip, placed.y, placed.z);
+      }
+    });
+    own = 1 - own;
+    batches[own].strips.clear();
+  };
   for (int z = 0; z < count.z; ++z) {
     for (int y = 0; y < count.y; ++y) {
-      const Strip strip = strips.read(z, y);
-      for (std::size_t channel = 0; channel < strip.channels; ++channel) {
-        scan.statistics[channel].add(strip.channel(channel));
-        if (!scan.guesses.empty()) scan.guesses[channel].add(strip.channel(channel));
-      }
-      cutter.cut(strip, y, z);
+      const Strip& strip = batches[own].read(strips, y, z);
       done += static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z);
+      if (batches[own].bytes() >= kBatchBytes) cutBatch();
       if (options.progress) options.progress("read", done, rows);
     }
   }
+  cutBatch();
+  jobs.take();
   cutter.flush();
   scan.records.finish();
   return scan;

@@ -37,38 +37,39 @@ StripReader::StripReader(Source& source, int side, std::uint64_t slab_bytes, con
                         ? static_cast<std::size_t>(slabBytes(source.info(), side))
                         : static_cast<std::size_t>(std::min(kGroupBytes, slab_bytes))) {}
 
-Strip StripReader::read(int z, int y) {
+Strip StripReader::read(int z, int y, std::vector<std::byte>& voxels) {
   const glm::ivec3 begin(0, y * side_, z * side_);
   const glm::ivec3 extent(dims_.x, std::min(side_, dims_.y - begin.y), std::min(side_, dims_.z - begin.z));
   if (!direct_ && y == 0) collectSlab(z);
   const std::uint64_t part = static_cast<std::uint64_t>(extent.y) * row_bytes_;
   const auto slices = static_cast<std::size_t>(extent.z);
-  strip_.resize(static_cast<std::size_t>(part) * slices * channels_);
+  voxels.resize(static_cast<std::size_t>(part) * slices * channels_);
   for (std::size_t slice = 0; slice < slices; ++slice) {
     if (direct_) {
-      readDirect(begin.z + static_cast<int>(slice), begin.y, extent.y, slice, slices);
+      readDirect(begin.z + static_cast<int>(slice), begin.y, extent.y, slice, slices, voxels);
     } else {
-      readSlab(begin.y, extent.y, slice, slices);
+      readSlab(begin.y, extent.y, slice, slices, voxels);
     }
   }
-  return {.extent = extent, .channels = channels_, .voxels = strip_};
+  return {.extent = extent, .channels = channels_, .voxels = voxels};
 }
 
-void StripReader::readDirect(int z, int y, int rows, std::size_t slice, std::size_t slices) {
+void StripReader::readDirect(int z, int y, int rows, std::size_t slice, std::size_t slices,
+                             std::span<std::byte> strip) {
   const std::size_t part = static_cast<std::size_t>(rows) * row_bytes_;
   if (channels_ == 1) {
-    source_.readRows(z, y, rows, std::span(strip_).subspan(slice * part, part));
+    source_.readRows(z, y, rows, strip.subspan(slice * part, part));
     return;
   }
   rows_.resize(part * channels_);
   source_.readRows(z, y, rows, rows_);
   for (std::size_t channel = 0; channel < channels_; ++channel) {
-    std::memcpy(strip_.data() + (channel * slices + slice) * part, rows_.data() + channel * part, part);
+    std::memcpy(strip.data() + (channel * slices + slice) * part, rows_.data() + channel * part, part);
   }
 }
 
 // A slab holds slice after slice, in a slice group after group, and of a group what the source gave.
-void StripReader::readSlab(int y, int rows, std::size_t slice, std::size_t slices) {
+void StripReader::readSlab(int y, int rows, std::size_t slice, std::size_t slices, std::span<std::byte> strip) const {
   const std::size_t part = static_cast<std::size_t>(rows) * row_bytes_;
   const int group = y / group_rows_ * group_rows_;
   const auto rows_in_group = static_cast<std::uint64_t>(std::min(group_rows_, dims_.y - group));
@@ -76,7 +77,7 @@ void StripReader::readSlab(int y, int rows, std::size_t slice, std::size_t slice
       (slice * static_cast<std::uint64_t>(dims_.y) + static_cast<std::uint64_t>(group)) * channels_;
   for (std::size_t channel = 0; channel < channels_; ++channel) {
     const std::uint64_t row = before + channel * rows_in_group + static_cast<std::uint64_t>(y - group);
-    slab_.read(row * row_bytes_, std::span(strip_).subspan((channel * slices + slice) * part, part));
+    slab_.read(row * row_bytes_, strip.subspan((channel * slices + slice) * part, part));
   }
 }
 

@@ -31,13 +31,13 @@ class StripReader {
   StripReader(Source& source, int side, std::uint64_t slab_bytes, const std::filesystem::path& folder);
 
   glm::ivec3 strips() const { return {1, (dims_.y + side_ - 1) / side_, (dims_.z + side_ - 1) / side_}; }
-  // Strip `y` of slab `z`, in ascending (z, y) without gaps. Valid until the next call.
-  Strip read(int z, int y);
+  // Strip `y` of slab `z`, in ascending (z, y) without gaps; its voxels lie in `voxels`.
+  Strip read(int z, int y, std::vector<std::byte>& voxels);
 
  private:
   void collectSlab(int z);
-  void readDirect(int z, int y, int rows, std::size_t slice, std::size_t slices);
-  void readSlab(int y, int rows, std::size_t slice, std::size_t slices);
+  void readDirect(int z, int y, int rows, std::size_t slice, std::size_t slices, std::span<std::byte> strip);
+  void readSlab(int y, int rows, std::size_t slice, std::size_t slices, std::span<std::byte> strip) const;
 
   Source& source_;
   glm::ivec3 dims_;
@@ -48,7 +48,6 @@ class StripReader {
   bool direct_ = false;      // strips come straight from the source
   TempBytes slab_;
   std::vector<std::byte> rows_;
-  std::vector<std::byte> strip_;
 };
 
 }  // namespace blockwalk

@@ -198,9 +198,10 @@ std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
   const glm::ivec3 count = strips.strips();
   const auto total = static_cast<std::uint64_t>(info.dims.y) * static_cast<std::uint64_t>(info.dims.z);
   std::uint64_t rows = 0;
+  std::vector<std::byte> voxels;
   for (int z = 0; z < count.z; ++z) {
     for (int y = 0; y < count.y; ++y) {
-      const Strip strip = strips.read(z, y);
+      const Strip strip = strips.read(z, y, voxels);
       comparer.compare(strip, y, z);
       rows += static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z);
       if (progress) progress("verify", rows, total);
