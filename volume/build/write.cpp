@@ -161,7 +161,9 @@ class VolumeWriter {
     std::uint64_t at = 0;
     for (std::size_t begin = 0; begin < counts.size() || !jobs.empty();) {
       if (begin == counts.size() || jobs.full()) {
-        append(sections.voxels, jobs.take(), pages);
+        PackedPages packed = jobs.take();
+        append(sections.voxels, packed, pages);
+        spare_ = std::move(packed.bytes);
         continue;
       }
       std::size_t end = begin;
@@ -169,8 +171,9 @@ class VolumeWriter {
       do {
         bytes += counts[end++] * channel_bytes_;
       } while (end < counts.size() && bytes + counts[end] * channel_bytes_ <= kPartBytes);
-      jobs.start([this, &read, at, bytes, run = std::span(counts).subspan(begin, end - begin)] {
-        std::vector<std::byte> voxels(bytes);
+      jobs.start([this, &read, at, bytes, run = std::span(counts).subspan(begin, end - begin),
+                  voxels = std::exchange(spare_, {})]() mutable {
+        voxels.resize(bytes);
         read(at, voxels);
         return packPages(std::move(voxels), run, channel_bytes_, options_.codec);
       });
@@ -221,6 +224,7 @@ class VolumeWriter {
   std::uint64_t subblocks_ = 0;
   std::uint64_t written_ = 0;
   std::uint64_t voxels_end_ = 0;  // of those written so far
+  std::vector<std::byte> spare_;  // memory of pages that are written
   Workers workers_;
 };
 
