@@ -130,6 +130,10 @@ void VoxelConverter::convertColor(std::span<const std::byte> samples, std::span<
   constexpr std::uint32_t kFull = std::numeric_limits<T>::max();
   const std::size_t channels = static_cast<std::size_t>(format_.channels);
   const bool grey = channels == 2;
+  if (sizeof(T) == 1 && channels == 4 && rule_ == DensityRule::alpha) {  // as it is stored
+    std::memcpy(voxels.data(), samples.data(), samples.size());
+    return;
+  }
   std::uint32_t largest_error = 0;  // in 1/kFull of an 8-bit step
   for (std::size_t i = 0; i < voxels.size() / 4; ++i) {
     const std::uint32_t r = load<T>(samples, i * channels);
