@@ -118,7 +118,7 @@ TEST_F(GeneralKernelTest, LeavesOutWhatNoViewHasAskedFor) {
   View cut = open;
   cut.cull = true;
   cut.channels[0].range = DensityRange{.lo = 100, .hi = 200};
-  EXPECT_EQ(addedBy(cut), (std::set<std::string>{"cells 1", "masks 1"}));
+  EXPECT_EQ(addedBy(cut), (std::set<std::string>{"masks 1", "quarters 1"}));
   View smooth = open;
   smooth.filter = Filter::linear;
   EXPECT_EQ(addedBy(smooth),
