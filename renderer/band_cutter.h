@@ -13,7 +13,7 @@
 namespace blockwalk {
 
 // A band has at most so many pixels, so that its buffers are bounded.
-constexpr std::size_t kMaxBandPixels = std::size_t{1} << 22;
+constexpr std::size_t kMaxBandPixels = std::size_t{1} << 20;  // sums of them are 16 MiB
 
 struct BandLimits {
   int width = 0;

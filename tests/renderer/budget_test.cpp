@@ -216,6 +216,17 @@ TEST_F(BudgetTest, FramesThatFitOnlyOneAfterTheOtherAllEnd) {
   for (std::size_t i = 0; i < frames.size(); ++i) EXPECT_EQ(frames[i]->finish().pixels, expected[i].pixels) << i;
 }
 
+// Buffers are of a band, not of the picture, whatever the samples.
+TEST_F(BudgetTest, ALargePictureOfManySamplesTakesLittleOfTheDevice) {
+  constexpr std::uint64_t kBudget = std::uint64_t{32} << 20;
+  start(buildFile(*makeSynthetic({.type = VoxelType::u8, .dims = {60, 50, 40}, .seed = 4})), kBudget);
+  View view;
+  view.width = view.height = 2048;
+  view.samples = 2;
+  const Frame frame = drawWithin(view, kBudget);
+  EXPECT_GT(std::ranges::count_if(frame.pixels, [&](std::uint32_t p) { return p != frame.pixels[0]; }), 10000);
+}
+
 // It is refused at once, beside whom it may be, and nothing gives way for it.
 TEST_F(BudgetTest, WhatCanNeverFitNeitherWaitsNorDrivesAnythingOut) {
   const auto file = buildFile(*makeSynthetic({.type = VoxelType::f32, .dims = {120, 110, 100}, .seed = 5}));
