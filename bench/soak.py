@@ -12,12 +12,12 @@ import argparse
 import http.client
 import random
 import re
-import signal
-import subprocess
 import sys
 import threading
 import time
 from urllib.parse import quote
+
+from daemon import Daemon
 
 
 def options():
@@ -98,15 +98,6 @@ class Client(threading.Thread):
                 self.wrong.append(f"{path}: {status}")
 
 
-def portOf(daemon):
-    for line in daemon.stdout:
-        found = re.search(r"listening on http://127\.0\.0\.1:(\d+)/", line)
-        if found:
-            threading.Thread(target=daemon.stdout.read, daemon=True).start()  # its log must not fill the pipe
-            return int(found[1])
-    raise SystemExit("the daemon ended before it listened")
-
-
 def residentMib(pid):
     with open(f"/proc/{pid}/status") as status:
         return int(re.search(r"VmRSS:\s+(\d+) kB", status.read())[1]) / 1024
@@ -114,24 +105,11 @@ def residentMib(pid):
 
 def main():
     asked = options()
-    daemon = subprocess.Popen([asked.daemon, "--listen", "127.0.0.1:0", *asked.volumes], stdout=subprocess.PIPE, text=True)
+    daemon = Daemon(asked.daemon, *asked.volumes)
     try:
-        port = portOf(daemon)
-        while True:
-            try:
-                connection = http.client.HTTPConnection("127.0.0.1", port, timeout=60)
-                connection.request("GET", "/readyz")
-                reply = connection.getresponse()
-                reply.read()
-                if reply.status == 200:
-                    break
-            except OSError:
-                pass
-            time.sleep(0.2)
-        connection.request("GET", "/api/v1/volumes")
-        ids = re.findall(r'"id":\s*"([^"]+)"', connection.getresponse().read().decode())
+        ids = daemon.volumes()
         print(f"{len(ids)} volumes, {residentMib(daemon.pid):.0f} MiB before the first picture", flush=True)
-        clients = [Client(i, port, ids, asked.size, asked.seed) for i in range(asked.clients)]
+        clients = [Client(i, daemon.port, ids, asked.size, asked.seed) for i in range(asked.clients)]
         for client in clients:
             client.start()
         begin = time.monotonic()
@@ -155,18 +133,12 @@ def main():
         wrong = [text for client in clients for text in client.wrong]
         for text in wrong[:10]:
             print("wrong:", text)
-        alive = daemon.poll() is None
         last_mib, last_rate = samples[-1]
         grows = len(samples) > 2 and last_mib > 1.05 * samples[-2][0] + 8
-        failed = wrong or not alive or last_mib > asked.bound_mib or grows or last_rate < asked.least_rate
-        print("alive" if alive else f"ended with {daemon.returncode}", "and", "missed" if failed else "met")
-        return 1 if failed else 0
+        failed = wrong or last_mib > asked.bound_mib or grows or last_rate < asked.least_rate
+        return daemon.verdict(failed)
     finally:
-        daemon.send_signal(signal.SIGTERM)
-        try:
-            daemon.wait(timeout=30)
-        except subprocess.TimeoutExpired:
-            daemon.kill()
+        daemon.end()
 
 
 if __name__ == "__main__":
