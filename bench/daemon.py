@@ -10,8 +10,9 @@ import time
 
 
 class Daemon:
-    def __init__(self, program, *arguments):
-        self.process = subprocess.Popen([program, "--listen", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True)
+    def __init__(self, program, *arguments, environment=None):
+        self.process = subprocess.Popen([program, "--listen", "127.0.0.1:0", *arguments], stdout=subprocess.PIPE, text=True,
+                                        env=environment)
         self.pid = self.process.pid
         self.port = self._port()
 
@@ -25,11 +26,11 @@ class Daemon:
 
     def get(self, target):
         """Status and body."""
-        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=60)
+        connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=300)
         try:
             connection.request("GET", target)
             reply = connection.getresponse()
-            return reply.status, reply.read().decode()
+            return reply.status, reply.read()
         finally:
             connection.close()
 
@@ -42,7 +43,7 @@ class Daemon:
             time.sleep(0.2)
 
     def metric(self, name):
-        return float(re.search(rf"^blockwalk_{name} (\S+)$", self.get("/metrics")[1], re.MULTILINE)[1])
+        return float(re.search(rf"^blockwalk_{name} (\S+)$", self.get("/metrics")[1].decode(), re.MULTILINE)[1])
 
     def is_alive(self):
         return self.process.poll() is None

@@ -18,10 +18,9 @@ import re
 import statistics
 import subprocess
 import sys
-import time
-import urllib.error
 import urllib.parse
-import urllib.request
+
+from daemon import Daemon
 
 DEMOS = {"fossil": 128, "rock": 96, "chip": 96, "vessels": 128, "cells": 96, "smoke": 96, "tissue": 80}
 COLOURED = {"fossil", "rock", "chip"}
@@ -51,34 +50,15 @@ def make_volumes(build, folder, sizes):
     return files
 
 
-class Daemon:
-    def __init__(self, build, files):
-        self.process = subprocess.Popen([os.path.join(build, "blockwalkd"), "--listen", "127.0.0.1:0", *files],
-                                        stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, env=ENVIRONMENT)
-        for line in self.process.stdout:
-            found = re.search(r"http://127\.0\.0\.1:\d+", line)
-            if found:
-                self.base = found.group(0)
-                break
-        else:
-            raise RuntimeError(build + ": the daemon said no URL")
-        while self.get("/readyz")[0] != 200:
-            time.sleep(0.2)
-
-    def get(self, path):
-        try:
-            with urllib.request.urlopen(self.base + path, timeout=300) as reply:
-                return reply.status, reply.read()
-        except urllib.error.HTTPError as error:
-            body = error.read()
-            try:
-                return error.code, json.loads(body).get("detail", "").encode()
-            except ValueError:
-                return error.code, body
-
-    def stop(self):
-        self.process.terminate()
-        self.process.wait(30)
+def ask(daemon, path):
+    """Status and picture; of what is refused the words."""
+    status, body = daemon.get(path)
+    if status == 200:
+        return status, body
+    try:
+        return status, json.loads(body).get("detail", "").encode()
+    except ValueError:
+        return status, body
 
 
 def random_view(random_, name):
@@ -130,7 +110,10 @@ def random_view(random_, name):
 
 
 def compare_pictures(builds, work, count, seed):
-    daemons = [Daemon(build, make_volumes(build, os.path.join(work, "ab"[i]), DEMOS)) for i, build in enumerate(builds)]
+    daemons = [Daemon(os.path.join(build, "blockwalkd"), *make_volumes(build, os.path.join(work, "ab"[i]), DEMOS),
+                      environment=ENVIRONMENT) for i, build in enumerate(builds)]
+    for daemon in daemons:
+        daemon.volumes()
     random_ = random.Random(seed)
     different, refused = [], 0
     try:
@@ -138,7 +121,7 @@ def compare_pictures(builds, work, count, seed):
             name = random_.choice(list(DEMOS))
             query = urllib.parse.urlencode(random_view(random_, name), safe=":,")
             path = f"/api/v1/volumes/{name}/image?{query}"
-            a, b = (daemon.get(path) for daemon in daemons)
+            a, b = (ask(daemon, path) for daemon in daemons)
             refused += a[0] != 200
             if a != b:
                 words = [f"{status} {body[:120]!r}" if status != 200 else f"200, {len(body)} bytes" for status, body in (a, b)]
@@ -148,7 +131,7 @@ def compare_pictures(builds, work, count, seed):
                 print(f"view {number}: {path}: {'; '.join(words)}", file=sys.stderr)
     finally:
         for daemon in daemons:
-            daemon.stop()
+            daemon.end()
     print(f"pictures: {count} views, {refused} refused, {len(different)} differ")
     return {"views": count, "refused": refused, "different": different}
 
