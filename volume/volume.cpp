@@ -82,6 +82,13 @@ glm::ivec3 levelDims(glm::ivec3 dims, int level) {
   return {(dims.x + half) >> level, (dims.y + half) >> level, (dims.z + half) >> level};
 }
 
+glm::ivec3 latticeDims(glm::ivec3 dims, int side) { return (dims + (side - 1)) / side; }
+
+std::uint64_t cellCount(glm::ivec3 lattice_dims) {
+  return static_cast<std::uint64_t>(lattice_dims.x) * static_cast<std::uint64_t>(lattice_dims.y) *
+         static_cast<std::uint64_t>(lattice_dims.z);
+}
+
 int levelCount(glm::ivec3 dims, int block_voxels) {
   BLOCKWALK_CHECK(block_voxels, >, 1);
   int count = 1;

@@ -174,6 +174,10 @@ glm::ivec3 mortonPosition(std::uint64_t code);
 // Fills Block::neighbours. The blocks must be in Morton order without repeats.
 void linkNeighbours(std::vector<Block>& blocks);
 
+// Of a lattice of cubes of `side` voxels over a box of `dims` voxels: its cells along each axis, and in all.
+glm::ivec3 latticeDims(glm::ivec3 dims, int side);
+std::uint64_t cellCount(glm::ivec3 lattice_dims);
+
 // dims of level n; number of levels until one block holds the whole volume.
 glm::ivec3 levelDims(glm::ivec3 dims, int level);
 int levelCount(glm::ivec3 dims, int block_voxels);

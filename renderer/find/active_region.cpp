@@ -22,10 +22,6 @@ constexpr float kSlackShare = 1.0f / 16;  // of a macrocell
 constexpr std::uint64_t kPreallocatedBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kFaceBytes = gpu::kFaceFloats * sizeof(float);
 
-std::uint64_t macrocellCount(glm::ivec3 dims) {
-  return static_cast<std::uint64_t>(dims.x) * static_cast<std::uint64_t>(dims.y) * static_cast<std::uint64_t>(dims.z);
-}
-
 // Wall time of a stage, waiting for the device included.
 template <typename Work>
 double timed(Work&& work) {
@@ -36,10 +32,6 @@ double timed(Work&& work) {
 
 }  // namespace
 
-glm::ivec3 macrocellDims(glm::ivec3 level_dims, int macrocell_voxels) {
-  return (level_dims + (macrocell_voxels - 1)) / macrocell_voxels;
-}
-
 // Ranges do not change: once a level, macrocell size and channel.
 class ActiveRegions::MacrocellMaking final : public Making {
  public:
@@ -47,14 +39,14 @@ class ActiveRegions::MacrocellMaking final : public Making {
                   std::shared_ptr<const ResidentBlocks> blocks, std::shared_ptr<const ResidentMasks> masks,
                   std::shared_ptr<const ResidentGrid> grid)
       : regions_(regions),
-        dims_(macrocellDims(info.level(need.level, need.form).dims, need.macrocell_voxels)),
+        dims_(latticeDims(info.level(need.level, need.form).dims, need.macrocell_voxels)),
         slabs_(dims_, regions.piece_macrocells_),
         blocks_(std::move(blocks)),
         masks_(std::move(masks)),
         grid_(std::move(grid)),
         counter_(regions.device_, sizeof(std::uint32_t), BufferUse::readback),
         made_(std::make_unique<ResidentMacrocells>()) {
-    made_->ranges = Buffer(regions.device_, macrocellCount(dims_) * sizeof(gpu::GpuSubblock), BufferUse::resident);
+    made_->ranges = Buffer(regions.device_, cellCount(dims_) * sizeof(gpu::GpuSubblock), BufferUse::resident);
     counter_.mappedAs<std::uint32_t>()[0] = 0;
     push_ = {.blocks = blocks_->records.address(),
              .subblocks = masks_->records.address(),
@@ -107,12 +99,12 @@ class ActiveRegions::RegionMaking final : public Making {
         device_(regions.device_),
         need_(need),
         macrocells_(std::move(macrocells)),
-        dims_(macrocellDims(level_dims, need.macrocell_voxels)),
+        dims_(latticeDims(level_dims, need.macrocell_voxels)),
         scratch_(std::exchange(regions.spare_, {})),
         made_(std::make_unique<ResidentRegion>()),
         slabs_(slabsOf(dims_)) {
     made_->macrocell_dims = dims_;
-    made_->build = {.macrocell_voxels = need.macrocell_voxels, .macrocells = macrocellCount(dims_)};
+    made_->build = {.macrocell_voxels = need.macrocell_voxels, .macrocells = cellCount(dims_)};
     for (const auto& of_channel : macrocells_) occupied_ += of_channel->occupied;
   }
   ~RegionMaking() override { regions_.spare_ = std::move(scratch_); }
@@ -179,7 +171,7 @@ std::unique_ptr<Making> ActiveRegions::makeRegion(const StoredVolume& volume, co
 }
 
 void ActiveRegions::RegionMaking::prepareClassification() {
-  const std::uint64_t macrocells = macrocellCount(dims_);
+  const std::uint64_t macrocells = cellCount(dims_);
   growTo(device_, scratch_.classified, macrocells, BufferUse::readback);
   growTo(device_, scratch_.counter, sizeof(std::uint32_t), BufferUse::readback);
   made_->states = Buffer(device_, (macrocells + 3) / 4 * 4, BufferUse::resident);  // the render kernel reads words
@@ -225,7 +217,7 @@ void ActiveRegions::RegionMaking::surround() {
 // True once they are built.
 bool ActiveRegions::RegionMaking::mergeBoxes() {
   if (!merging_) {
-    const auto states = scratch_.classified.mappedAs<std::uint8_t>().first(macrocellCount(dims_));
+    const auto states = scratch_.classified.mappedAs<std::uint8_t>().first(cellCount(dims_));
     merging_.emplace([states = std::vector<std::uint8_t>(states.begin(), states.end()), dims = dims_] {
       Merged merged;
       merged.ms = timed([&] { merged.boxes = mergeMacrocells(states, dims); });

@@ -8,9 +8,6 @@
 
 namespace blockwalk {
 
-// Macrocells of a level's box.
-glm::ivec3 macrocellDims(glm::ivec3 level_dims, int macrocell_voxels);
-
 // Makes macrocells and regions resident. All but the merging of macrocells into boxes is done by kernels.
 class ActiveRegions {
  public:

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/find/block_grid.h"
 
-#include "renderer/plan/frame_params.h"
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
@@ -18,7 +17,7 @@ std::size_t latticeIndex(glm::ivec3 cell, glm::ivec3 dims) {
 BlockGrid buildBlockGrid(const Level& level, int block_voxels) {
   constexpr int kSide = gpu::kGridTileSide;
   BlockGrid grid;
-  grid.tile_dims = (blockDims(level.info.dims, block_voxels) + (kSide - 1)) / kSide;
+  grid.tile_dims = latticeDims(latticeDims(level.info.dims, block_voxels), kSide);
   grid.tiles.assign(latticeIndex({0, 0, grid.tile_dims.z}, grid.tile_dims), kNoBlock);
   for (std::size_t i = 0; i < level.blocks.size(); ++i) {
     const glm::ivec3 origin = level.blocks[i].origin;

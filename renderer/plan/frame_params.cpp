@@ -90,10 +90,6 @@ void setLight(const Camera& camera, const glm::dmat3& linear, gpu::FrameParams& 
 
 }  // namespace
 
-glm::ivec3 blockDims(glm::ivec3 level_dims, int block_voxels) {
-  return (level_dims + (block_voxels - 1)) / block_voxels;
-}
-
 double anchorDepth(const Camera& camera, const WorldBox& box) {
   const glm::dvec3 center = 0.5 * (box.min + box.max);
   const double depth = glm::dot(center - camera.eye, camera.forward);
@@ -112,7 +108,7 @@ gpu::FrameParams makeFrameParams(const ResolvedView& view, const VolumeInfo& inf
   params.step_voxels = static_cast<float>(view.step);
   params.sample_bound = static_cast<gpu::uint>(std::ceil(std::sqrt(3.0) * info.subblock_side / view.step)) + 4;
   setClipPlanes(plan.planes, level_from_world, params);
-  params.block_dims = blockDims(info.levels[static_cast<std::size_t>(plan.level)].dims, info.blockVoxels());
+  params.block_dims = latticeDims(info.levels[static_cast<std::size_t>(plan.level)].dims, info.blockVoxels());
   params.size = {view.width, view.height};
   setChannels(info, plan, params);
   // Beyond the cap whatever has a length is opaque, and a product with a density of 255 stays finite.

@@ -7,9 +7,6 @@
 
 namespace blockwalk {
 
-// Blocks of a level's box: ceil(dims / block voxels) an axis.
-glm::ivec3 blockDims(glm::ivec3 level_dims, int block_voxels);
-
 // Everything but the device addresses, the grid's dims and the tables.
 gpu::FrameParams makeFrameParams(const ResolvedView& view, const VolumeInfo& info, const Plan& plan);
 

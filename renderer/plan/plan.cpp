@@ -57,20 +57,14 @@ void refuseWhatIsNotDefined(const ResolvedView& view, const VolumeInfo& info) {
 }
 
 // A DDA counts tiles and macrocells in a float.
-constexpr std::uint64_t kMaxMacrocells = std::uint64_t{1} << 24;
+constexpr std::uint64_t kMaxCells = std::uint64_t{1} << 24;
 
-// Cubes of some voxels in a level's box.
-std::uint64_t macrocellCount(const VolumeInfo& info, int level, int macrocell_voxels) {
-  const glm::ivec3 dims = info.levels[static_cast<std::size_t>(level)].dims;
-  std::uint64_t macrocells = 1;
-  for (int axis = 0; axis < 3; ++axis) {
-    macrocells *= static_cast<std::uint64_t>((dims[axis] + macrocell_voxels - 1) / macrocell_voxels);
-  }
-  return macrocells;
+std::uint64_t cubeCount(const VolumeInfo& info, int level, int side) {
+  return cellCount(latticeDims(info.levels[static_cast<std::size_t>(level)].dims, side));
 }
 
 std::uint64_t tileCount(const VolumeInfo& info, int level) {
-  return macrocellCount(info, level, gpu::kGridTileSide * info.blockVoxels());
+  return cubeCount(info, level, gpu::kGridTileSide * info.blockVoxels());
 }
 
 void refuseTooManyTiles(Finder finder, const VolumeInfo& info, int level) {
@@ -78,7 +72,7 @@ void refuseTooManyTiles(Finder finder, const VolumeInfo& info, int level) {
   throw ViewError("finder",
                   fmt::format("{}: level {} has {} tiles of {}^3 blocks, at most {} may be; use octree, or a "
                               "coarser level",
-                              finderName(finder), level, tileCount(info, level), gpu::kGridTileSide, kMaxMacrocells));
+                              finderName(finder), level, tileCount(info, level), gpu::kGridTileSide, kMaxCells));
 }
 
 Finder chooseFinder(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const DeviceTraits& device) {
@@ -115,12 +109,12 @@ int chooseMacrocell(const ResolvedView& view, const VolumeInfo& info) {
 }
 
 void refuseTooManyMacrocells(Finder finder, const VolumeInfo& info, const Plan& plan) {
-  const std::uint64_t macrocells = macrocellCount(info, plan.level, plan.macrocell_voxels);
-  if (macrocells <= kMaxMacrocells) return;
+  const std::uint64_t macrocells = cubeCount(info, plan.level, plan.macrocell_voxels);
+  if (macrocells <= kMaxCells) return;
   throw ViewError("finder",
                   fmt::format("{}: the level has {} macrocells of {} voxels, at most {} may be; use larger ones "
                               "(macrocell), a coarser level, or another finder",
-                              finderName(finder), macrocells, plan.macrocell_voxels, kMaxMacrocells));
+                              finderName(finder), macrocells, plan.macrocell_voxels, kMaxCells));
 }
 
 std::uint32_t kernelOutput(Output output) {
@@ -360,7 +354,7 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
 }
 
 bool canUse(Finder finder, const VolumeInfo& info, int level) {
-  return finder == Finder::query || finder == Finder::octree || tileCount(info, level) <= kMaxMacrocells;
+  return finder == Finder::query || finder == Finder::octree || tileCount(info, level) <= kMaxCells;
 }
 
 bool Plan::asksFor(Part part) const { return std::ranges::find(needs, part, &Need::part) != needs.end(); }
