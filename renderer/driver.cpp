@@ -10,6 +10,7 @@
 #include <cstdlib>
 #include <string_view>
 
+#include "renderer/vulkan/kernel_cache.h"
 #include "renderer/vulkan/vector_width.h"
 
 namespace blockwalk {
@@ -17,7 +18,6 @@ namespace {
 
 constexpr const char* kWidth = "LP_NATIVE_VECTOR_WIDTH";
 constexpr const char* kCacheFolder = "MESA_SHADER_CACHE_DIR";
-constexpr const char* kCacheDisable = "MESA_SHADER_CACHE_DISABLE";
 constexpr const char* kCacheBytes = "MESA_SHADER_CACHE_MAX_SIZE";
 constexpr const char* kMostCacheBytes = "128M";  // a kernel is some 30 KiB
 constexpr int kWideBits = 512;
@@ -26,8 +26,6 @@ std::string_view environment(const char* name) {
   const char* value = std::getenv(name);
   return value != nullptr ? value : "";
 }
-
-bool isTrue(std::string_view value) { return value == "1" || value == "true" || value == "yes" || value == "y"; }
 
 bool makeFolder(const std::filesystem::path& folder) {
   std::error_code failure;
@@ -47,8 +45,6 @@ std::filesystem::path cacheFolder() {
   }
   return home.is_absolute() ? home / ".cache" / "blockwalk" : std::filesystem::path{};
 }
-
-bool keepsKernels() { return !isTrue(environment(kCacheDisable)); }
 
 DriverSetUp setUpDriver() {
   rlimit space{};
@@ -81,7 +77,7 @@ DriverSetUp setUpDriver() {
   const std::string leaf = fmt::format("vectors-{}", width.empty() ? "own" : width);
   const std::filesystem::path kept = root.filename() == leaf ? root : root / leaf;  // a child of this process has it
   if (root.empty() || !makeFolder(kept)) {
-    setenv(kCacheDisable, "true", 1);
+    setenv(kNoKernelCache, "true", 1);
     result.note += "; kernels are not kept: no folder to write to";
     return result;
   }

@@ -30,7 +30,4 @@ std::filesystem::path cacheFolder();
 // thread would have its own. To be called before the first renderer is made, and before there is a second thread.
 DriverSetUp setUpDriver();
 
-// Whether Mesa was left to keep kernels.
-bool keepsKernels();
-
 }  // namespace blockwalk

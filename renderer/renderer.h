@@ -10,8 +10,8 @@
 #include <utility>
 #include <vector>
 
-#include "renderer/device_options.h"
 #include "view/device_info.h"
+#include "view/device_options.h"
 #include "view/frame.h"
 #include "view/frame_order.h"
 #include "view/resident_part.h"

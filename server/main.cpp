@@ -8,7 +8,7 @@
 
 #include "renderer/driver.h"
 #include "renderer/renderer.h"
-#include "server/options.h"
+#include "server/base/options.h"
 #include "server/server.h"
 
 namespace {

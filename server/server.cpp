@@ -13,12 +13,12 @@
 #include <cstdlib>
 #include <list>
 
-#include "server/http/connection.h"
-#include "server/http/routes.h"
+#include "server/base/signal.h"
+#include "server/connection.h"
+#include "server/http/problem.h"
 #include "server/http/tls.h"
 #include "server/render/await_result.h"
-#include "server/services.h"
-#include "server/signal.h"
+#include "server/state/services.h"
 #include "server/volume_keeper.h"
 
 namespace blockwalk {
@@ -100,7 +100,8 @@ struct Server::Parts {
       : address(listenAddress(options)),
         renderer(std::move(factory), mailbox),
         state(makeState(options, address)),
-        frames(state, mailbox, renderer, encoders),
+        frames(state.room, state.counters.frames, mailbox, renderer, encoders,
+               static_cast<std::size_t>(options.encode_threads)),
         services{.state = state, .frames = frames, .tls = loadTls(options)},
         keeper_services{.catalog = state.catalog, .renderer = renderer, .mailbox = mailbox, .loaders = loaders},
         mailbox(io),
@@ -324,7 +325,7 @@ void Server::Parts::logStatus() const {
       "{} connections, {} streams, {} requests for images, {} frames ordered, {} drawn, {} bytes sent, "
       "{} bytes on the device, {} losses of it",
       state.counts.connections.now, state.counts.sessions.now, state.room.requests(), render.jobs,
-      state.counters.frames, state.counters.sent_bytes, render.memory_used_bytes, render.losses);
+      state.counters.frames.drawn, state.counters.sent_bytes, render.memory_used_bytes, render.losses);
 }
 
 Server::Server(const ServerOptions& options, RendererFactory factory)

@@ -7,7 +7,7 @@
 #include <memory>
 #include <string>
 
-#include "server/options.h"
+#include "server/base/options.h"
 #include "server/render/render_thread.h"
 
 namespace blockwalk {

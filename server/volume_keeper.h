@@ -12,10 +12,10 @@
 #include <memory>
 #include <string>
 
-#include "server/catalog.h"
+#include "server/base/signal.h"
 #include "server/render/mailbox.h"
 #include "server/render/render_thread.h"
-#include "server/signal.h"
+#include "server/state/catalog.h"
 
 namespace blockwalk {
 

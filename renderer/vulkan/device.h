@@ -6,10 +6,10 @@
 #include <utility>
 #include <vulkan/vulkan_raii.hpp>
 
-#include "renderer/device_options.h"
 #include "renderer/vulkan/device_calls.h"
 #include "renderer/vulkan/memory.h"
 #include "view/device_info.h"
+#include "view/device_options.h"
 
 namespace blockwalk {
 

@@ -9,8 +9,8 @@
 #include <string_view>
 #include <vulkan/vulkan_raii.hpp>
 
-#include "renderer/device_options.h"
 #include "view/device_info.h"
+#include "view/device_options.h"
 
 namespace blockwalk {
 

@@ -12,8 +12,8 @@
 #include <system_error>
 #include <utility>
 
-#include "renderer/driver.h"
 #include "renderer/vulkan/buffer.h"
+#include "renderer/vulkan/kernel_cache.h"
 
 namespace blockwalk {
 namespace {

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "protocol/problem.h"
-#include "server/bytes.h"
+#include "server/base/bytes.h"
 
 namespace blockwalk {
 

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <memory>
 
+#include "server/base/options.h"
 #include "server/http/wire_stream.h"
-#include "server/options.h"
 
 namespace blockwalk {
 

@@ -3,7 +3,7 @@
 
 #include <openssl/ssl.h>
 
-#include "server/small_file.h"
+#include "server/base/small_file.h"
 
 namespace blockwalk {
 

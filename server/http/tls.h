@@ -4,7 +4,7 @@
 #include <boost/asio/ssl/context.hpp>
 #include <memory>
 
-#include "server/options.h"
+#include "server/base/options.h"
 
 namespace blockwalk {
 

@@ -47,7 +47,7 @@ EncodeResult encodeTimed(std::shared_ptr<const Frame> frame, ImageFormat format,
 }  // namespace
 
 bool FrameMaker::hasRoom(const Account& account, const ViewChoices& view) const {
-  return state_.room.hasRoom(useOf(account), account.peer, pixelCount(view));
+  return room_.hasRoom(useOf(account), account.peer, pixelCount(view));
 }
 
 void FrameMaker::cancel(std::atomic<bool>& flag) {
@@ -56,8 +56,8 @@ void FrameMaker::cancel(std::atomic<bool>& flag) {
 }
 
 boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
-  const auto room = std::make_shared<PixelRoom::Lease>(state_.room, useOf(order.account), order.account.peer,
-                                                       pixelCount(order.frame.view));
+  const auto room =
+      std::make_shared<PixelRoom::Lease>(room_, useOf(order.account), order.account.peer, pixelCount(order.frame.view));
   const auto render = [&](Answer<RenderResult> done) {
     renderer_.submit(order.account, {.volume = order.volume, .frame = order.frame, .done = std::move(done)});
   };
@@ -71,12 +71,12 @@ boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
                  .image = {},
                  .room = {}};
   if (made.cancelled) {
-    ++state_.counters.cancelled_frames;
+    ++counters_.cancelled;
     co_return made;
   }
-  ++state_.counters.frames;
-  state_.counters.render_time.add(rendered.took_ms / 1000);
-  state_.counters.wait_time.add(rendered.waited_ms / 1000);
+  ++counters_.drawn;
+  counters_.render_time.add(rendered.took_ms / 1000);
+  counters_.wait_time.add(rendered.waited_ms / 1000);
   auto frame = std::make_shared<const Frame>(std::move(rendered.frame));
   const bool is_request = useOf(order.account) == PixelRoom::Use::request;
   EncodeQueue::Place* place = nullptr;
@@ -100,10 +100,10 @@ boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
   if (encoded.error) std::rethrow_exception(encoded.error);
   made.cancelled = encoded.cancelled;
   if (made.cancelled) {
-    ++state_.counters.cancelled_frames;
+    ++counters_.cancelled;
     co_return made;
   }
-  state_.counters.encode_time.add(encoded.ms / 1000);
+  counters_.encode_time.add(encoded.ms / 1000);
   made.encode_ms = encoded.ms;
   made.image = std::move(encoded.image);
   room->setBytes(made.image.size());

@@ -9,11 +9,11 @@
 #include <memory>
 
 #include "protocol/view_fields.h"
-#include "server/bytes.h"
+#include "server/base/bytes.h"
 #include "server/render/encode_queue.h"
+#include "server/render/frame_counters.h"
 #include "server/render/pixel_room.h"
 #include "server/render/render_thread.h"
-#include "server/server_state.h"
 
 namespace blockwalk {
 
@@ -37,11 +37,10 @@ struct MadeFrame {
 
 class FrameMaker {
  public:
-  FrameMaker(ServerState& state, Mailbox& mailbox, RenderThread& renderer, boost::asio::thread_pool& encoders)
-      : state_(state),
-        mailbox_(mailbox),
-        renderer_(renderer),
-        encodes_(encoders, static_cast<std::size_t>(state.options.encode_threads)) {}
+  // Pictures have place in `room`, and are counted in `counters`. `encoders` has `encode_threads`.
+  FrameMaker(PixelRoom& room, FrameCounters& counters, Mailbox& mailbox, RenderThread& renderer,
+             boost::asio::thread_pool& encoders, std::size_t encode_threads)
+      : room_(room), counters_(counters), mailbox_(mailbox), renderer_(renderer), encodes_(encoders, encode_threads) {}
 
   // May a frame of this size be ordered now?
   bool hasRoom(const Account& account, const ViewChoices& view) const;
@@ -57,7 +56,8 @@ class FrameMaker {
   void end() noexcept { encodes_.end(); }
 
  private:
-  ServerState& state_;
+  PixelRoom& room_;
+  FrameCounters& counters_;
   Mailbox& mailbox_;
   RenderThread& renderer_;
   EncodeQueue encodes_;

@@ -14,9 +14,9 @@
 #include <string>
 #include <vector>
 
+#include "server/base/signal.h"
 #include "server/http/wire_stream.h"
-#include "server/services.h"
-#include "server/signal.h"
+#include "server/state/services.h"
 
 namespace blockwalk {
 

@@ -9,7 +9,7 @@
 #include <memory>
 
 #include "server/http/wire_stream.h"
-#include "server/services.h"
+#include "server/state/services.h"
 
 namespace blockwalk {
 

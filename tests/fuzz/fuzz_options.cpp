@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "server/options.h"
+#include "server/base/options.h"
 #include "tests/fuzz/memory_file.h"
 
 namespace {

@@ -11,7 +11,7 @@
 
 #include "protocol/image_codec.h"
 #include "protocol/json_text.h"
-#include "server/http/routes.h"
+#include "server/http/problem.h"
 #include "tests/server/running_server.h"
 #include "tests/server/stream/view_message.h"
 

@@ -5,7 +5,7 @@
 
 #include <fstream>
 
-#include "server/http/routes.h"
+#include "server/routes.h"
 #include "tests/server/running_server.h"
 
 namespace blockwalk {

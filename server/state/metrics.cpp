@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include "server/server_state.h"
+#include "server/state/server_state.h"
 
 namespace blockwalk {
 namespace {
@@ -36,8 +36,8 @@ std::string metricsText(const ServerState& state) {
   metrics.add("requests_total", "counter", "HTTP requests", counters.requests);
   metrics.add("refused_requests_total", "counter", "requests answered with 4xx", counters.refused_requests);
   metrics.add("failed_requests_total", "counter", "requests answered with 5xx", counters.failed_requests);
-  metrics.add("frames_total", "counter", "frames rendered", counters.frames);
-  metrics.add("cancelled_frames_total", "counter", "frames given up for a newer view", counters.cancelled_frames);
+  metrics.add("frames_total", "counter", "frames rendered", counters.frames.drawn);
+  metrics.add("cancelled_frames_total", "counter", "frames given up for a newer view", counters.frames.cancelled);
   metrics.add("dropped_views_total", "counter", "views that no frame showed", counters.dropped_views);
   metrics.add("sent_bytes_total", "counter", "bytes of replies and frames", counters.sent_bytes);
   metrics.add("sessions_total", "counter", "streams opened", counters.sessions);
@@ -50,9 +50,9 @@ std::string metricsText(const ServerState& state) {
               state.room.requests());
   metrics.add("pending_pixels", "gauge", "of 4 bytes, of pictures from the order until they are sent",
               state.room.held());
-  metrics.add("frame_wait_seconds", "from a frame's order to its first turn", counters.wait_time);
-  metrics.add("frame_render_seconds", "a frame's turns on the device", counters.render_time);
-  metrics.add("frame_encode_seconds", "a frame in an encoder", counters.encode_time);
+  metrics.add("frame_wait_seconds", "from a frame's order to its first turn", counters.frames.wait_time);
+  metrics.add("frame_render_seconds", "a frame's turns on the device", counters.frames.render_time);
+  metrics.add("frame_encode_seconds", "a frame in an encoder", counters.frames.encode_time);
   if (state.device != nullptr) {
     metrics.add("device_memory_used_bytes", "gauge", "device memory in use", state.render.memory_used_bytes);
     metrics.add("device_memory_budget_bytes", "gauge", "device memory to use", state.device->memory_budget_bytes);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/http/connection.h"
+#include "server/connection.h"
 
 #include <spdlog/spdlog.h>
 
@@ -15,14 +15,15 @@
 #include "protocol/image_codec.h"
 #include "protocol/json_text.h"
 #include "protocol/render_json.h"
+#include "server/base/peer.h"
 #include "server/http/chunked_body.h"
 #include "server/http/departure.h"
+#include "server/http/problem.h"
 #include "server/http/request_head.h"
-#include "server/http/routes.h"
 #include "server/http/send_watch.h"
 #include "server/http/wire_stream.h"
-#include "server/peer.h"
 #include "server/render/await_result.h"
+#include "server/routes.h"
 #include "server/stream/session.h"
 
 namespace blockwalk {

@@ -6,10 +6,10 @@
 #include <memory>
 #include <set>
 
-#include "server/counted.h"
+#include "server/base/counted.h"
 #include "server/http/waiting_connections.h"
 #include "server/render/frame_maker.h"
-#include "server/server_state.h"
+#include "server/state/server_state.h"
 
 namespace blockwalk {
 

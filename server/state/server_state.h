@@ -9,13 +9,13 @@
 #include <set>
 #include <string>
 
-#include "server/catalog.h"
-#include "server/counted.h"
-#include "server/histogram.h"
+#include "server/base/counted.h"
+#include "server/base/options.h"
 #include "server/http/rules.h"
 #include "server/http/static_pages.h"
-#include "server/options.h"
+#include "server/render/frame_counters.h"
 #include "server/render/pixel_room.h"
+#include "server/state/catalog.h"
 
 namespace blockwalk {
 
@@ -24,16 +24,11 @@ struct ServerCounters {
   std::uint64_t requests = 0;
   std::uint64_t refused_requests = 0;  // answered with 4xx
   std::uint64_t failed_requests = 0;   // answered with 5xx
-  std::uint64_t frames = 0;            // rendered to the end
-  std::uint64_t cancelled_frames = 0;
   std::uint64_t sent_bytes = 0;
   std::uint64_t sessions = 0;
   std::uint64_t evicted_connections = 0;  // closed to make place for others
   std::uint64_t dropped_views = 0;        // that no frame showed
-  // Of each frame that was rendered.
-  TimeHistogram render_time;
-  TimeHistogram wait_time;  // for its first turn
-  TimeHistogram encode_time;
+  FrameCounters frames;
 };
 
 // What there is now.

@@ -11,7 +11,7 @@
 
 #include "protocol/view_fields.h"
 #include "server/http/message.h"
-#include "server/server_state.h"
+#include "server/state/server_state.h"
 #include "view/resolved_view.h"
 
 namespace blockwalk {
@@ -43,10 +43,5 @@ struct Path {
   std::string_view summary;
 };
 std::vector<Path> interfacePaths();
-
-// The problem that stands for what was thrown while a request was served.
-Problem problemOf(std::exception_ptr error);
-// A refusal, with Retry-After where another try may help.
-HttpReply failureReply(const Problem& problem);
 
 }  // namespace blockwalk

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/options.h"
+#include "server/base/options.h"
 
 #include <algorithm>
 #include <array>
@@ -9,7 +9,7 @@
 #include <set>
 
 #include "protocol/json_text.h"
-#include "server/small_file.h"
+#include "server/base/small_file.h"
 
 namespace blockwalk {
 namespace {

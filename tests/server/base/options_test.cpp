@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/options.h"
+#include "server/base/options.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>
@@ -13,8 +13,8 @@
 #include <functional>
 #include <thread>
 
-#include "running_server.h"
 #include "server/http/tls.h"
+#include "tests/server/running_server.h"
 
 namespace blockwalk {
 namespace {

@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/http/routes.h"
-
-#include <spdlog/spdlog.h>
+#include "server/routes.h"
 
 #include <algorithm>
 #include <array>
-#include <new>
 #include <nlohmann/json.hpp>
 
 #include "protocol/image_codec.h"
 #include "protocol/json_text.h"
 #include "protocol/query_string.h"
 #include "protocol/render_json.h"
+#include "server/http/problem.h"
 
 namespace blockwalk {
 namespace {
@@ -310,40 +308,6 @@ RouteResult routeRequest(const HttpRequest& request, const ServerState& state) {
     reply->omit_body = true;
   }
   return result;
-}
-
-HttpReply failureReply(const Problem& problem) {
-  HttpReply reply = problemReply(problem);
-  if (problem.status == 503 || problem.status == 429) reply.fields.emplace_back("Retry-After", "1");
-  return reply;
-}
-
-Problem problemOf(std::exception_ptr error) {
-  try {
-    std::rethrow_exception(error);
-  } catch (const ProblemError& thrown) {
-    return thrown.problem;
-  } catch (const ViewError& thrown) {
-    return {.status = 400, .detail = thrown.what(), .field = thrown.field};
-  } catch (const JsonError& thrown) {
-    return {.status = 400, .detail = thrown.what(), .field = thrown.field.empty() ? "body" : thrown.field};
-  } catch (const VolumeError& thrown) {
-    return {.status = 503, .detail = fmt::format("the volume failed: {}", thrown.what()), .field = {}};
-  } catch (const OutOfDeviceMemory& thrown) {
-    return {.status = 503,
-            .detail = fmt::format("the device has too little memory: {} bytes are needed, {} are free: {}",
-                                  thrown.needed_bytes, thrown.free_bytes, thrown.what()),
-            .field = {}};
-  } catch (const DeviceError& thrown) {
-    spdlog::error("device: {}", thrown.what());
-    return {.status = 503, .detail = fmt::format("the device refused: {}", thrown.what()), .field = {}};
-  } catch (const std::bad_alloc&) {
-    spdlog::error("out of memory");
-    return {.status = 503, .detail = "the server is out of memory", .field = {}};
-  } catch (const std::exception& thrown) {
-    spdlog::error("request failed: {}", thrown.what());
-    return {.status = 500, .detail = thrown.what(), .field = {}};
-  }
 }
 
 }  // namespace blockwalk

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/catalog.h"
+#include "server/state/catalog.h"
 
 #include <fmt/format.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "server/small_file.h"
+#include "server/base/small_file.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>
@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <system_error>
 
-#include "server/options.h"
+#include "server/base/options.h"
 
 namespace blockwalk {
 namespace {

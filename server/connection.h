@@ -5,7 +5,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/ip/tcp.hpp>
 
-#include "server/services.h"
+#include "server/state/services.h"
 
 namespace blockwalk {
 
