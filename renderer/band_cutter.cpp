@@ -83,20 +83,20 @@ bool BandCutter::ran(double ms) {
   return true;
 }
 
-std::optional<double> BandTimes::find(std::uint64_t volume, const KernelKey& key) const {
-  const auto found = ms_per_pixel_.find({volume, key});
+std::optional<double> BandTimes::find(std::uint64_t volume, int level, const KernelKey& key) const {
+  const auto found = ms_per_pixel_.find({volume, level, key});
   return found == ms_per_pixel_.end() ? std::nullopt : std::optional(std::max(found->second, floor_));
 }
 
-void BandTimes::note(std::uint64_t volume, const KernelKey& key, double ms_per_pixel) {
+void BandTimes::note(std::uint64_t volume, int level, const KernelKey& key, double ms_per_pixel) {
   // Clients choose the keys. To begin small once more costs little.
   if (ms_per_pixel_.size() >= kMostTimes) ms_per_pixel_.clear();
-  double& kept = ms_per_pixel_[{volume, key}];
+  double& kept = ms_per_pixel_[{volume, level, key}];
   kept = std::max(ms_per_pixel, kDecay * kept);
 }
 
 void BandTimes::forget(std::uint64_t volume) {
-  std::erase_if(ms_per_pixel_, [volume](const auto& entry) { return entry.first.first == volume; });
+  std::erase_if(ms_per_pixel_, [volume](const auto& entry) { return std::get<0>(entry.first) == volume; });
 }
 
 }  // namespace blockwalk

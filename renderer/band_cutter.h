@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
-#include <utility>
+#include <tuple>
 
 #include "renderer/band_runner.h"
 
@@ -52,20 +52,20 @@ class BandCutter {
   double total_pixels_ = 0;
 };
 
-// What a pixel is to take, by volume and kernel. Views differ, and a cheap frame must not make the first band of the
-// next one long: the slowest dispatch of the last frames counts, and what none of them was slow at is not thought to be
-// cheaper than a floor.
+// What a pixel is to take, by volume, level and kernel: of a coarse level it takes less. Views differ, and a cheap
+// frame must not make the first band of the next one long: the slowest dispatch of the last frames counts, and what
+// none of them was slow at is not thought to be cheaper than a floor.
 class BandTimes {
  public:
   explicit BandTimes(double floor_ms_per_pixel) : floor_(floor_ms_per_pixel) {}
 
-  std::optional<double> find(std::uint64_t volume, const KernelKey& key) const;
-  void note(std::uint64_t volume, const KernelKey& key, double ms_per_pixel);
+  std::optional<double> find(std::uint64_t volume, int level, const KernelKey& key) const;
+  void note(std::uint64_t volume, int level, const KernelKey& key, double ms_per_pixel);
   void forget(std::uint64_t volume);
 
  private:
   double floor_;
-  std::map<std::pair<std::uint64_t, KernelKey>, double> ms_per_pixel_;
+  std::map<std::tuple<std::uint64_t, int, KernelKey>, double> ms_per_pixel_;
 };
 
 }  // namespace blockwalk

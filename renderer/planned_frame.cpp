@@ -181,7 +181,7 @@ void PlannedFrame::begin() {
                              .sample_begin = sample_begin_,
                              .sample_end = sample_end_,
                              .band_ms = tools_.band_ms,
-                             .ms_per_pixel = tools_.times.find(volume_.serial(), plan_.key)});
+                             .ms_per_pixel = tools_.times.find(volume_.serial(), plan_.level, plan_.key)});
 }
 
 // Which samples are to be drawn, and where their sums are: kept for the whole picture, or else a band's alone.
@@ -227,7 +227,8 @@ void PlannedFrame::readBand(const Band& band) {
 }
 
 void PlannedFrame::finish() {
-  if (cutter_ && !frame_.cancelled) tools_.times.note(volume_.serial(), plan_.key, cutter_->expectedMsPerPixel());
+  if (cutter_ && !frame_.cancelled)
+    tools_.times.note(volume_.serial(), plan_.level, plan_.key, cutter_->expectedMsPerPixel());
   if (is_begun_) {
     const gpu::GpuCounters& counters = buffers_.counters.mappedAs<gpu::GpuCounters>()[0];
     RenderStats& stats = frame_.stats;

@@ -84,6 +84,7 @@ BLOCKWALK_CONST uint kFinderNone = 6;
   late(18, bool, probe, kProbe, false) \
   late(19, bool, fine_table, kFineTable, false)              /* entries are so close that the nearest will do */
 // clang-format on
+// One term of a sum. NOLINTNEXTLINE(bugprone-macro-parentheses)
 #define BLOCKWALK_COUNT_CHOICE(id, type, member, constant, initial) +1
 BLOCKWALK_CONST int kChoiceCount = 0 BLOCKWALK_CHOICES(BLOCKWALK_COUNT_CHOICE, BLOCKWALK_COUNT_CHOICE);
 

@@ -88,12 +88,12 @@ TEST(BandTimes, ACheapFrameDoesNotMakeTheNextOnesFirstBandLong) {
   BandTimes times(1e-3);
   const KernelKey key;
   const auto draw = [&](double ms_per_pixel) {
-    const BandLimits limits{.width = 1024, .height = 768, .band_ms = 25, .ms_per_pixel = times.find(1, key)};
+    const BandLimits limits{.width = 1024, .height = 768, .band_ms = 25, .ms_per_pixel = times.find(1, 0, key)};
     BandCutter cutter(limits);
     const double first = ms_per_pixel * cutter.next().column_count * cutter.next().row_count;
     while (!cutter.isDone())
       cutter.ran(ms_per_pixel * cutter.next().column_count * cutter.next().row_count * cutter.next().sample_count);
-    times.note(1, key, cutter.expectedMsPerPixel());
+    times.note(1, 0, key, cutter.expectedMsPerPixel());
     return first;
   };
   for (int round = 0; round < 10; ++round) {
@@ -104,28 +104,22 @@ TEST(BandTimes, ACheapFrameDoesNotMakeTheNextOnesFirstBandLong) {
   }
 }
 
-TEST(BandTimes, AreAVolumesAndAKernelsOwn) {
+TEST(BandTimes, AreAVolumesALevelsAndAKernelsOwn) {
   BandTimes times(1e-4);
   KernelKey lit;
   lit.lit = 1;
-  times.note(1, {}, 1e-3);
-  EXPECT_EQ(times.find(1, {}), 1e-3);
-  times.note(3, {}, 1e-9);
-  EXPECT_EQ(times.find(3, {}), 1e-4);
-  EXPECT_EQ(times.find(2, {}), std::nullopt);
-  EXPECT_EQ(times.find(1, lit), std::nullopt);
+  times.note(1, 0, {}, 1e-3);
+  EXPECT_EQ(times.find(1, 0, {}), 1e-3);
+  times.note(3, 0, {}, 1e-9);
+  EXPECT_EQ(times.find(3, 0, {}), 1e-4);
+  EXPECT_EQ(times.find(2, 0, {}), std::nullopt);
+  EXPECT_EQ(times.find(1, 0, lit), std::nullopt);
+  EXPECT_EQ(times.find(1, 1, {}), std::nullopt);
+  times.note(1, 1, {}, 2e-3);
+  EXPECT_EQ(times.find(1, 0, {}), 1e-3);
   times.forget(1);
-  EXPECT_EQ(times.find(1, {}), std::nullopt);
-}
-
-// A last band of one row mostly measures its own start.
-TEST(BandCutter, AShortBandSaysNothingOfTheNextFrame) {
-  const auto run = [](const BandLimits& limits) {
-    BandCutter cutter(limits);
-    while (!cutter.isDone()) cutter.ran(0.2 + 1e-5 * cutter.next().column_count * cutter.next().row_count);
-    return cutter.expectedMsPerPixel();
-  };
-  EXPECT_LT(run({.width = 1024, .height = 2049, .band_ms = 10, .ms_per_pixel = 1e-5}), 2e-5);
+  EXPECT_EQ(times.find(1, 0, {}), std::nullopt);
+  EXPECT_EQ(times.find(1, 1, {}), std::nullopt);
 }
 
 }  // namespace
