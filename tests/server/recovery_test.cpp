@@ -68,6 +68,66 @@ TEST(Recovery, OthersWhoseFramesWereUnderWayNoticeNothing) {
   EXPECT_EQ(statuses[503], 1);
 }
 
+TEST(Recovery, AStreamWhoseOwnFrameLostTheDeviceGoesOn) {
+  RunningServer server;
+  StreamClient stream(server.port(), "rock");
+  stream.readText("hello");
+  server.control().failCall(Fault::lost, 1);
+  stream.sendText(viewMessage(1));
+  const json error = stream.readText("error");
+  EXPECT_EQ(error["id"], 1);
+  EXPECT_EQ(error["problem"]["status"], 503);
+  EXPECT_TRUE(eventually([&] { return get(server.port(), "/readyz").status == 200; }));
+  EXPECT_EQ(server.control().opened, 2);
+  stream.sendText(viewMessage(2, R"("fov":31)"));
+  EXPECT_EQ(stream.readFrame()["id"], 2);
+}
+
+// Two clients whose pictures of that path are being drawn when the device is lost: what both are told.
+std::vector<std::string> lostWithTwoUnderWay(RunningServer& server, const std::string& path,
+                                             const std::function<void()>& meanwhile) {
+  server.control().bands = 4000;
+  server.control().band_ms = 5;
+  std::vector<WireClient> clients;
+  for (int i = 0; i < 2; ++i) {
+    clients.emplace_back(server.port());
+    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", path, 30 + i));
+  }
+  EXPECT_TRUE(eventually([&] { return server.control().under_way == 2; }));
+  meanwhile();
+  server.control().failCall(Fault::lost, 1);
+  std::vector<std::string> details;
+  for (WireClient& client : clients) {
+    const WireReply reply = client.readReply();
+    EXPECT_EQ(reply.status, 503);
+    details.push_back(reply.json()["detail"]);
+  }
+  server.control().bands = 1;
+  return details;
+}
+
+TEST(Recovery, WhoWaitsForAVolumeThatDoesNotComeBackIsTold) {
+  const auto path = copyOf("rock", "gone.bwv");
+  RunningServer server({.files = {path}});
+  const auto details =
+      lostWithTwoUnderWay(server, "/api/v1/volumes/gone/image?size=4x4", [&] { std::filesystem::remove(path); });
+  EXPECT_THAT(details, testing::UnorderedElementsAre(testing::HasSubstr("was told to be lost"),
+                                                     testing::HasSubstr("the volume failed: ")));
+  EXPECT_EQ(get(server.port(), "/readyz").json()["volumes"]["gone"], "failed");
+}
+
+TEST(Recovery, WhoWaitsForAContentThatWasReplacedIsTold) {
+  const auto path = copyOf("rock", "old.bwv");
+  RunningServer server({.files = {path}});
+  const auto details = lostWithTwoUnderWay(server, "/api/v1/volumes/old/image?size=4x4", [&] {
+    std::filesystem::rename(copyOf("smoke", "new.bwv"), path);
+    EXPECT_TRUE(eventually([&] { return get(server.port(), "/api/v1/volumes/old").json()["type"] == "f32"; }));
+  });
+  EXPECT_THAT(details, testing::UnorderedElementsAre(testing::HasSubstr("was told to be lost"),
+                                                     testing::HasSubstr("was replaced")));
+  EXPECT_TRUE(eventually([&] { return get(server.port(), "/api/v1/volumes/old/image?size=4x4").status == 200; }));
+}
+
 TEST(Recovery, ADeviceThatIsLostAgainAndAgainEndsTheServer) {
   RunningServer server;
   for (int i = 0; i < 3; ++i) {
