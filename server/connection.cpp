@@ -55,13 +55,16 @@ class Connection {
 
   asio::awaitable<bool> awaitFirstByte();
   asio::awaitable<Next> serveRequest();
+  std::optional<HttpReply> judge(const HttpRequest& request) const;
+  asio::awaitable<Next> reply(HttpRequest& request, Parser& parser);
   asio::awaitable<error_code> readBody(Parser& parser, HttpRequest& request, std::optional<Problem>& fault);
   asio::awaitable<error_code> readChunks(HttpRequest& request, std::optional<Problem>& fault);
   asio::awaitable<HttpReply> answer(HttpRequest& request, std::optional<StreamJob>& stream);
   // `has_left_` where nobody waits for the reply any more.
   asio::awaitable<HttpReply> answerImage(const HttpRequest& request, const ImageJob& job);
   asio::awaitable<error_code> send(const HttpReply& reply);
-  asio::awaitable<Next> refuse(const HttpReply& reply);
+  // After it the connection closes.
+  asio::awaitable<Next> sendLast(HttpReply&& reply);
   asio::awaitable<void> linger();
   HttpReply parseFault(error_code error, const Parser& parser) const;
   bool isCrowded() const { return services_.state.counts.connections.now > options_.max_connections; }
@@ -128,32 +131,29 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
   waiting_.reset();
   if (error && !isFaultOfRequest(error)) co_return Next::close;
   ++services_.state.counters.requests;
-  if (error) co_return co_await refuse(parseFault(error, parser));
+  if (error) co_return co_await sendLast(parseFault(error, parser));
 
   HttpRequest request = plainRequest(parser.get());
-  const bool is_crowded = isCrowded();
-  const bool close = request.version == 10 || request.hasToken("Connection", "close") || is_crowded;
-  std::optional<HttpReply> refusal = judgeHead(request, services_.state.rules);
-  if (!refusal && is_crowded && !isWelcome(request)) {
-    refusal = failureReply({.status = 503, .detail = "as many connections are open as may be", .field = {}});
-  }
-  if (refusal) {
-    // A body that was announced is not read, so the connection cannot go on.
-    refusal->close = true;
-    co_return co_await refuse(*refusal);
-  }
+  // A body that was announced is not read then, so the connection cannot go on.
+  if (auto refusal = judge(request)) co_return co_await sendLast(std::move(*refusal));
   if (!parser.is_done()) {
     std::optional<Problem> fault;
     error = co_await readBody(parser, request, fault);
-    if (fault) {
-      HttpReply reply = problemReply(*fault);
-      reply.close = true;
-      co_return co_await refuse(reply);
-    }
+    if (fault) co_return co_await sendLast(problemReply(*fault));
     if (error && !isFaultOfRequest(error)) co_return Next::close;
-    if (error) co_return co_await refuse(parseFault(error, parser));
+    if (error) co_return co_await sendLast(parseFault(error, parser));
   }
+  co_return co_await reply(request, parser);
+}
 
+std::optional<HttpReply> Connection::judge(const HttpRequest& request) const {
+  if (auto refusal = judgeHead(request, services_.state.rules)) return refusal;
+  if (!isCrowded() || isWelcome(request)) return {};
+  return failureReply({.status = 503, .detail = "as many connections are open as may be", .field = {}});
+}
+
+asio::awaitable<Connection::Next> Connection::reply(HttpRequest& request, Parser& parser) {
+  const bool close = request.version == 10 || request.hasToken("Connection", "close") || isCrowded();
   std::optional<StreamJob> stream;
   HttpReply reply = co_await answer(request, stream);
   if (has_left_) co_return Next::close;
@@ -164,10 +164,9 @@ asio::awaitable<Connection::Next> Connection::serveRequest() {
   if (stream) reply = problemReply({.status = 400, .detail = "nothing may follow before the upgrade", .field = {}});
   // Who asks for more than there is may come again later, but not stay.
   reply.close = reply.close || close || services_.state.draining || reply.status == 429;
-  error = co_await send(reply);
-  if (error || !reply.close) co_return error ? Next::close : Next::request;
-  co_await linger();
-  co_return Next::close;
+  if (reply.close) co_return co_await sendLast(std::move(reply));
+  const error_code error = co_await send(reply);
+  co_return error ? Next::close : Next::request;
 }
 
 // The places beyond max_connections are for those that watch the server, and for those that it knows.
@@ -275,7 +274,8 @@ asio::awaitable<error_code> Connection::send(const HttpReply& reply) {
   co_return error;
 }
 
-asio::awaitable<Connection::Next> Connection::refuse(const HttpReply& reply) {
+asio::awaitable<Connection::Next> Connection::sendLast(HttpReply&& reply) {
+  reply.close = true;
   const error_code error = co_await send(reply);
   if (!error) co_await linger();
   co_return Next::close;
@@ -309,9 +309,7 @@ HttpReply Connection::parseFault(error_code error, const Parser& parser) const {
   } else if (error == http::error::bad_transfer_encoding) {
     problem.field = "Transfer-Encoding";
   }
-  HttpReply reply = problemReply(problem);
-  reply.close = true;
-  return reply;
+  return problemReply(problem);
 }
 
 }  // namespace

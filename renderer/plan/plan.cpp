@@ -186,6 +186,60 @@ bool isHollow(const VolumeInfo& info, bool nearest_blend) {
   return static_cast<double>(info.channels[0].nonempty_voxels) < share * stored;
 }
 
+bool interpolates(const ResolvedView& view) { return view.filter == Filter::linear && view.mode != Mode::blocks; }
+
+bool isLit(const ResolvedView& view) {
+  return view.lit && isPicture(view.output) && (looksAtOpacity(view) || view.mode == Mode::iso);
+}
+
+// The kernel's choices that the volume makes.
+void setVolumeKey(const VolumeInfo& info, Plan& plan) {
+  plan.key.voxel_type = static_cast<std::uint32_t>(info.type);
+  plan.key.subblock_side = static_cast<std::uint32_t>(info.subblock_side);
+  plan.key.block_side = static_cast<std::uint32_t>(info.block_side);
+  plan.key.channels = static_cast<std::uint32_t>(std::max<std::size_t>(plan.channels.size(), 1));
+}
+
+// Those that say what a ray looks at, and what it passes by.
+void setSkippingKey(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
+  KernelKey& key = plan.key;
+  const bool blocks = view.mode == Mode::blocks;
+  const bool linear = interpolates(view);
+  const bool open = isOpen(plan.channels, info);
+  // What marches through the whole box neither walks nor culls.
+  const bool skips = key.finder != static_cast<std::uint32_t>(Finder::none);
+  key.walk = view.walk && skips ? 1 : 0;
+  // Of several channels one may be absent from a subblock that is stored for another.
+  const bool hides =
+      !open || (!blocks && (plan.channels.size() > 1 || isHollow(info, view.mode == Mode::blend && !linear)));
+  key.cull = view.cull && skips && hides ? 1 : 0;
+  key.range_open = open ? 1 : 0;
+  // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
+  // extinction.
+  const bool table_tests = isScalar(info) && info.type != VoxelType::f32 && !linear && looksAtOpacity(view);
+  const bool density_tests =
+      !isScalar(info) && open && info.channels[0].empty_threshold == 0 && view.mode == Mode::blend;
+  key.test_voxel = !blocks && !table_tests && !density_tests ? 1 : 0;
+  key.clip = plan.planes.empty() ? 0 : 1;
+}
+
+// Those that say what becomes of what it meets.
+void setPictureKey(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
+  KernelKey& key = plan.key;
+  const bool colored = isPicture(view.output);
+  key.mode = static_cast<std::uint32_t>(view.mode);
+  key.opaque_background = !colored || view.background[3] == 255 ? 1 : 0;
+  key.filter = static_cast<std::uint32_t>(interpolates(view) ? Filter::linear : Filter::nearest);
+  key.lit = isLit(view) ? 1 : 0;
+  key.classification = static_cast<std::uint32_t>(view.classification);
+  key.output = kernelOutput(view.output);
+  key.antialias = view.samples > 1 ? 1 : 0;
+  const bool looks_up =
+      isScalar(info) && view.mode != Mode::blocks && colored && view.mode != Mode::first_hit && view.mode != Mode::iso;
+  const auto is_fine = [&](const ChannelPlan& drawn) { return isFine(view, info.channels[drawn.channel], drawn); };
+  key.fine_table = looks_up && std::ranges::all_of(plan.channels, is_fine) ? 1 : 0;
+}
+
 TableRecipe tableRecipe(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn) {
   return {.range = drawn.range,
           .transfer = view.channels[drawn.channel].transfer,
@@ -296,59 +350,21 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   plan.level = drawnLevel(view, info);
   plan.channels = planChannels(view, info);
   if (view.mode == Mode::mip && info.has(plan.level, Form::maxima)) plan.form = Form::maxima;
-  const LevelInfo& level = info.level(plan.level, plan.form);
-  plan.is_blank = plan.channels.empty() || level.block_count == 0;
+  plan.is_blank = plan.channels.empty() || info.level(plan.level, plan.form).block_count == 0;
   plan.planes = cuttingPlanes(view, info);
-  const bool open = isOpen(plan.channels, info);
   const Finder finder = chooseFinder(view, info, plan, device);
   refuseTooManyTiles(finder, info, plan.level);
   if (finder == Finder::clusters || finder == Finder::boundary) {
     plan.macrocell_voxels = chooseMacrocell(view, info);
     refuseTooManyMacrocells(finder, info, plan);
   }
-  const bool blocks = view.mode == Mode::blocks;
-  const bool colored = isPicture(view.output);
-  const bool lit = view.lit && colored && (looksAtOpacity(view) || view.mode == Mode::iso);
-  const bool linear = view.filter == Filter::linear && !blocks;
-  plan.apron = linear || lit;
-
-  KernelKey& key = plan.key;
-  key.voxel_type = static_cast<std::uint32_t>(info.type);
-  key.mode = static_cast<std::uint32_t>(view.mode);
-  key.finder = static_cast<std::uint32_t>(finder);
-  // What marches through the whole box neither walks nor culls.
-  const bool skips = finder != Finder::none;
-  key.walk = view.walk && skips ? 1 : 0;
-  // Of several channels one may be absent from a subblock that is stored for another.
-  const bool hides =
-      !open || (!blocks && (plan.channels.size() > 1 || isHollow(info, view.mode == Mode::blend && !linear)));
-  key.cull = view.cull && skips && hides ? 1 : 0;
-  key.range_open = open ? 1 : 0;
-  // Nearest blend and first-hit of u8 and u16 have a table that is 0 outside the range; a density of 0 has no
-  // extinction.
-  const bool table_tests = isScalar(info) && info.type != VoxelType::f32 && !linear && looksAtOpacity(view);
-  const bool density_tests =
-      !isScalar(info) && open && info.channels[0].empty_threshold == 0 && view.mode == Mode::blend;
-  key.test_voxel = !blocks && !table_tests && !density_tests ? 1 : 0;
-  key.clip = plan.planes.empty() ? 0 : 1;
-  key.opaque_background = !colored || view.background[3] == 255 ? 1 : 0;
-  key.subblock_side = static_cast<std::uint32_t>(info.subblock_side);
-  key.block_side = static_cast<std::uint32_t>(info.block_side);
-  key.filter = static_cast<std::uint32_t>(linear ? Filter::linear : Filter::nearest);
-  key.lit = lit ? 1 : 0;
-  key.classification = static_cast<std::uint32_t>(view.classification);
-  key.output = kernelOutput(view.output);
-  key.antialias = view.samples > 1 ? 1 : 0;
-  key.channels = static_cast<std::uint32_t>(std::max<std::size_t>(plan.channels.size(), 1));
-  key.count = count ? 1 : 0;
-  key.probe = probe ? 1 : 0;
-  const bool looks_up = isScalar(info) && !blocks && colored && view.mode != Mode::first_hit && view.mode != Mode::iso;
-  key.fine_table = looks_up && std::ranges::all_of(plan.channels,
-                                                   [&](const ChannelPlan& channel) {
-                                                     return isFine(view, info.channels[channel.channel], channel);
-                                                   })
-                       ? 1
-                       : 0;
+  plan.apron = interpolates(view) || isLit(view);
+  plan.key.finder = static_cast<std::uint32_t>(finder);
+  plan.key.count = count ? 1 : 0;
+  plan.key.probe = probe ? 1 : 0;
+  setVolumeKey(info, plan);
+  setSkippingKey(view, info, plan);
+  setPictureKey(view, info, plan);
   if (!plan.is_blank) plan.needs = needsOf(view, info, plan);
   return plan;
 }

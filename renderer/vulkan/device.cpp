@@ -5,17 +5,15 @@
 
 #include <algorithm>
 #include <array>
-#include <charconv>
 #include <cstdlib>
-#include <span>
 #include <string_view>
+
+#include "renderer/vulkan/physical_device.h"
 
 namespace blockwalk {
 namespace {
 
 constexpr const char* kValidationLayer = "VK_LAYER_KHRONOS_validation";
-constexpr std::array kRayQueryExtensions{VK_KHR_ACCELERATION_STRUCTURE_EXTENSION_NAME, VK_KHR_RAY_QUERY_EXTENSION_NAME,
-                                         VK_KHR_DEFERRED_HOST_OPERATIONS_EXTENSION_NAME};
 
 // A generic function object: vulkan.hpp changed the callback's parameter types between its versions.
 constexpr auto receiveMessage = [](auto, auto, const auto* data, void* user) -> VkBool32 {
@@ -24,105 +22,14 @@ constexpr auto receiveMessage = [](auto, auto, const auto* data, void* user) -> 
   return VK_FALSE;
 };
 
-std::string kindName(vk::PhysicalDeviceType type) {
-  switch (type) {
-    case vk::PhysicalDeviceType::eDiscreteGpu:
-      return "discrete";
-    case vk::PhysicalDeviceType::eIntegratedGpu:
-      return "integrated";
-    case vk::PhysicalDeviceType::eVirtualGpu:
-      return "virtual";
-    default:
-      return "software";
-  }
-}
-
-int kindRank(vk::PhysicalDeviceType type) {
-  switch (type) {
-    case vk::PhysicalDeviceType::eDiscreteGpu:
-      return 0;
-    case vk::PhysicalDeviceType::eIntegratedGpu:
-      return 1;
-    case vk::PhysicalDeviceType::eVirtualGpu:
-      return 2;
-    default:
-      return 3;
-  }
-}
-
-bool hasExtensions(const vk::raii::PhysicalDevice& device, std::span<const char* const> names) {
-  const auto available = device.enumerateDeviceExtensionProperties();
-  return std::ranges::all_of(names, [&](std::string_view name) {
-    return std::ranges::any_of(available, [&](const auto& e) { return name == e.extensionName.data(); });
-  });
-}
-
-bool supportsRayQuery(const vk::raii::PhysicalDevice& device) {
-  if (!hasExtensions(device, kRayQueryExtensions)) return false;
-  const auto features =
-      device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceAccelerationStructureFeaturesKHR,
-                          vk::PhysicalDeviceRayQueryFeaturesKHR>();
-  return features.get<vk::PhysicalDeviceAccelerationStructureFeaturesKHR>().accelerationStructure &&
-         features.get<vk::PhysicalDeviceRayQueryFeaturesKHR>().rayQuery;
-}
-
-// What the kernels need and the device lacks; empty when it will do.
-std::string missingFeatures(const vk::raii::PhysicalDevice& device) {
-  const auto properties = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceVulkan11Properties>();
-  if (properties.get<vk::PhysicalDeviceProperties2>().properties.apiVersion < VK_API_VERSION_1_2) return "Vulkan 1.2";
-  const auto features = device.getFeatures2<vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features>();
-  const auto& core = features.get<vk::PhysicalDeviceFeatures2>().features;
-  const auto& v12 = features.get<vk::PhysicalDeviceVulkan12Features>();
-  const auto operations = properties.get<vk::PhysicalDeviceVulkan11Properties>().subgroupSupportedOperations;
-  std::string missing;
-  const auto need = [&](bool present, std::string_view name) {
-    if (!present) missing += fmt::format("{}{}", missing.empty() ? "" : ", ", name);
-  };
-  need(core.shaderInt64, "shaderInt64");
-  need(v12.storageBuffer8BitAccess, "storageBuffer8BitAccess");
-  need(v12.shaderInt8, "shaderInt8");
-  need(v12.bufferDeviceAddress, "bufferDeviceAddress");
-  need(v12.scalarBlockLayout, "scalarBlockLayout");
-  need(v12.hostQueryReset, "hostQueryReset");
-  need(static_cast<bool>(operations & vk::SubgroupFeatureFlagBits::eArithmetic), "subgroup arithmetic");
-  return missing;
-}
-
-DeviceInfo describe(const vk::raii::PhysicalDevice& device) {
-  const auto properties = device.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceDriverProperties,
-                                                vk::PhysicalDeviceVulkan11Properties>();
-  const auto& core = properties.get<vk::PhysicalDeviceProperties2>().properties;
-  const auto& driver = properties.get<vk::PhysicalDeviceDriverProperties>();
-  DeviceInfo info;
-  info.name = core.deviceName.data();
-  info.driver = driver.driverName.data();
-  info.driver_version = driver.driverInfo.data();
-  info.api_version = fmt::format("{}.{}.{}", VK_API_VERSION_MAJOR(core.apiVersion),
-                                 VK_API_VERSION_MINOR(core.apiVersion), VK_API_VERSION_PATCH(core.apiVersion));
-  info.kind = kindName(core.deviceType);
-  info.ray_query = supportsRayQuery(device);
-  info.subgroup_size = static_cast<int>(properties.get<vk::PhysicalDeviceVulkan11Properties>().subgroupSize);
-  const auto memory = device.getMemoryProperties();
-  for (std::uint32_t i = 0; i < memory.memoryHeapCount; ++i) {
-    if (memory.memoryHeaps[i].flags & vk::MemoryHeapFlagBits::eDeviceLocal) {
-      info.memory_budget_bytes = std::max<std::uint64_t>(info.memory_budget_bytes, memory.memoryHeaps[i].size);
-    }
-  }
-  return info;
-}
-
-std::vector<vk::raii::PhysicalDevice> sortedDevices(const vk::raii::Instance& instance) {
-  std::vector<vk::raii::PhysicalDevice> devices = vk::raii::PhysicalDevices(instance);
-  std::ranges::stable_sort(devices, {}, [](const auto& d) { return kindRank(d.getProperties().deviceType); });
-  return devices;
-}
-
 }  // namespace
 
 Device::Device(const DeviceOptions& options) : on_message_(options.on_message) {
   try {
     createInstance(options);
-    choosePhysicalDevice(options);
+    PhysicalDevice chosen = choosePhysicalDevice(instance_, options.device);
+    physical_ = std::move(chosen.handle);
+    info_ = std::move(chosen.info);
     info_.ray_query = info_.ray_query && options.allow_ray_query;
     if (options.memory_budget_bytes > 0) info_.memory_budget_bytes = options.memory_budget_bytes;
     createDevice(options);
@@ -167,34 +74,24 @@ void Device::createInstance(const DeviceOptions& options) {
                                                       .pUserData = &on_message_});
 }
 
-void Device::choosePhysicalDevice(const DeviceOptions& options) {
-  const auto devices = sortedDevices(instance_);
-  std::string seen;
-  std::size_t wanted_index = devices.size();
-  const std::string& wanted = options.device;
-  const bool by_index = !wanted.empty() && std::ranges::all_of(wanted, [](char c) { return c >= '0' && c <= '9'; });
-  if (by_index) std::from_chars(wanted.data(), wanted.data() + wanted.size(), wanted_index);
-  for (std::size_t i = 0; i < devices.size(); ++i) {
-    const DeviceInfo info = describe(devices[i]);
-    const std::string missing = missingFeatures(devices[i]);
-    seen += fmt::format("\n  {}: {} ({}){}", i, info.name, info.kind, missing.empty() ? "" : ", lacks " + missing);
-    if (by_index ? i != wanted_index : info.name.find(wanted) == std::string::npos) continue;
-    if (!missing.empty()) continue;
-    physical_ = devices[i];
-    info_ = info;
-    return;
-  }
-  throw DeviceError(fmt::format("no usable Vulkan device{}; there are:{}",
-                                wanted.empty() ? std::string() : fmt::format(" matches '{}'", wanted),
-                                seen.empty() ? " none" : seen));
-}
-
 Device::Device(const Device& beside, const DeviceOptions& options)
     : on_message_(beside.on_message_), physical_(beside.physical_), info_(beside.info_) {
   createDevice(options);
 }
 
 void Device::createDevice(const DeviceOptions& options) {
+  chooseQueue();
+  const bool has_budget = hasExtensions(physical_, std::array{VK_EXT_MEMORY_BUDGET_EXTENSION_NAME});
+  createLogical(has_budget);
+  calls_ = std::make_unique<DeviceCalls>(info_.name, options, isSoftware());
+  memory_ = std::make_unique<Memory>(physical_, device_, *calls_, isSoftware(), has_budget);
+  queue_ = device_.getQueue(queue_family_, 0);
+  pool_ = device_.createCommandPool(
+      {.flags = vk::CommandPoolCreateFlagBits::eTransient, .queueFamilyIndex = queue_family_});
+  readLimits();
+}
+
+void Device::chooseQueue() {
   const auto families = physical_.getQueueFamilyProperties();
   const auto family = std::ranges::find_if(families, [](const auto& f) {
     return static_cast<bool>(f.queueFlags & vk::QueueFlagBits::eCompute) && f.timestampValidBits > 0;
@@ -203,7 +100,10 @@ void Device::createDevice(const DeviceOptions& options) {
   queue_family_ = static_cast<std::uint32_t>(family - families.begin());
   timestamp_mask_ =
       family->timestampValidBits >= 64 ? ~std::uint64_t{0} : (std::uint64_t{1} << family->timestampValidBits) - 1;
+}
 
+// With the features that missingFeatures() asks for, and ray queries where they may be used.
+void Device::createLogical(bool has_budget) {
   vk::StructureChain<vk::DeviceCreateInfo, vk::PhysicalDeviceFeatures2, vk::PhysicalDeviceVulkan12Features,
                      vk::PhysicalDeviceAccelerationStructureFeaturesKHR, vk::PhysicalDeviceRayQueryFeaturesKHR>
       chain;
@@ -225,16 +125,12 @@ void Device::createDevice(const DeviceOptions& options) {
   create.setQueueCreateInfos(queue);
   std::vector<const char*> extensions;
   if (info_.ray_query) extensions.assign(kRayQueryExtensions.begin(), kRayQueryExtensions.end());
-  const bool has_budget = hasExtensions(physical_, std::array{VK_EXT_MEMORY_BUDGET_EXTENSION_NAME});
   if (has_budget) extensions.push_back(VK_EXT_MEMORY_BUDGET_EXTENSION_NAME);
   create.setPEnabledExtensionNames(extensions);
   device_ = vk::raii::Device(physical_, create);
-  calls_ = std::make_unique<DeviceCalls>(info_.name, options, isSoftware());
-  memory_ = std::make_unique<Memory>(physical_, device_, *calls_, isSoftware(), has_budget);
-  queue_ = device_.getQueue(queue_family_, 0);
-  pool_ = device_.createCommandPool(
-      {.flags = vk::CommandPoolCreateFlagBits::eTransient, .queueFamilyIndex = queue_family_});
+}
 
+void Device::readLimits() {
   const auto properties = physical_.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceVulkan11Properties,
                                                    vk::PhysicalDeviceAccelerationStructurePropertiesKHR>();
   timestamp_period_ns_ = properties.get<vk::PhysicalDeviceProperties2>().properties.limits.timestampPeriod;

@@ -68,8 +68,10 @@ class Device {
   vk::raii::CommandBuffer beginCommands() const;
   void endAndWait(vk::raii::CommandBuffer& commands) const;
   void createInstance(const DeviceOptions& options);
-  void choosePhysicalDevice(const DeviceOptions& options);
   void createDevice(const DeviceOptions& options);
+  void chooseQueue();
+  void createLogical(bool has_budget);
+  void readLimits();
   void checkVectors() const;
 
   std::function<void(const std::string&)> on_message_;
