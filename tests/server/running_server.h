@@ -2,6 +2,7 @@
 // A server over the fake renderer, on a free port, in a thread of the test.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -44,10 +45,11 @@ class RunningServer {
   std::thread thread_;
 };
 
-// Tries `condition` every 5 ms for up to 10 s.
+// Tries `condition` every 5 ms. What takes a minute does not come any more.
 template <typename Condition>
 bool eventually(Condition condition) {
-  for (int i = 0; i < 2000; ++i) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+  while (std::chrono::steady_clock::now() < end) {
     if (condition()) return true;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }

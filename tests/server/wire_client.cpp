@@ -17,7 +17,7 @@
 namespace blockwalk {
 namespace {
 
-constexpr int kPatience = 10;  // seconds
+constexpr int kPatience = 120;  // seconds: ends what hangs, not what is slow
 constexpr std::string_view kMask("\x01\x02\x03\x04", 4);
 
 std::string lowerCase(std::string text) {
