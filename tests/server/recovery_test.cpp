@@ -135,7 +135,7 @@ TEST(Recovery, ADeviceThatIsLostAgainAndAgainEndsTheServer) {
     server.control().failCall(Fault::lost, 1);
     WireClient client(server.port());
     client.send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
-    client.readReply();
+    if (i < 2) client.readReply();  // the last one's comes with the end of the process
   }
   EXPECT_EQ(server.join(), 1);
 }
@@ -171,7 +171,7 @@ TEST(Recovery, DevicesThatHangAreLeftBehindAFewTimes) {
     server.control().failCall(Fault::hangs, 1);
     WireClient client(server.port());
     client.send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
-    client.readReply();
+    if (i < 2) client.readReply();  // the last one's comes with the end of the process
   }
   EXPECT_EQ(server.join(), 1);
   EXPECT_EQ(server.control().opened, 3);
