@@ -142,8 +142,8 @@ class VoxelMaking final : public Making {
   }
 
   void finish() {
-    made_->records =
-        std::make_shared<const Level>(opened_.apron ? opened_.apron->records() : std::move(opened_.records));
+    made_->records = opened_.apron ? std::make_shared<const Level>(opened_.apron->records())
+                                   : std::make_shared<const Level>(std::move(opened_.records));
   }
 
   Device& device_;

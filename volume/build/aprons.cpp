@@ -221,8 +221,7 @@ std::vector<std::uint64_t> blocksAround(std::span<const StoredBlock> stored, con
   std::size_t settled = 0;  // of codes, ascending
   const auto settle = [&] {
     std::ranges::sort(codes);
-    const auto repeats = std::ranges::unique(codes);
-    codes.erase(repeats.begin(), repeats.end());
+    codes.erase(std::unique(codes.begin(), codes.end()), codes.end());
     settled = codes.size();
   };
   for (const StoredBlock& block : stored) {

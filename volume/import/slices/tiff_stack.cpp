@@ -22,7 +22,7 @@ class TiffStack final : public Source {
   TiffStack(std::vector<std::filesystem::path> files, PageOrder order, SourceInfo info, ChannelConverter converter,
             std::uint64_t memory_bytes)
       : files_(std::move(files)),
-        order_(std::move(order)),
+        order_(order),
         info_(std::move(info)),
         converter_(std::move(converter)),
         memory_bytes_(memory_bytes),
