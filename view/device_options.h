@@ -19,6 +19,8 @@ struct DeviceOptions {
   bool allow_ray_query = true;  // false hides ray queries, so that `grid` serves everything
   bool validation = false;      // Khronos validation with synchronisation validation; messages go to `on_message`
   std::uint64_t chunk_bytes = std::uint64_t{256} << 20;  // one allocation of voxels; lowered to what the device allows
+  // Boxes or triangles of one acceleration structure; lowered to what the device allows.
+  std::uint64_t max_primitives = ~std::uint64_t{0};
   // What this renderer may hold on the device, all together; 0: as much as the device says it has.
   std::uint64_t memory_budget_bytes = 0;
   std::uint64_t piece_macrocells = std::uint64_t{1} << 20;  // looked at in one submission

@@ -137,7 +137,7 @@ void Device::readLimits() {
   max_allocation_bytes_ = properties.get<vk::PhysicalDeviceVulkan11Properties>().maxMemoryAllocationSize;
   const auto& acceleration = properties.get<vk::PhysicalDeviceAccelerationStructurePropertiesKHR>();
   max_instances_ = static_cast<std::uint32_t>(std::min<std::uint64_t>(acceleration.maxInstanceCount, 0xffffffffu));
-  max_primitives_ = acceleration.maxPrimitiveCount;
+  max_primitives_ = std::min<std::uint64_t>(acceleration.maxPrimitiveCount, options.max_primitives);
   scratch_alignment_ = std::max(1u, acceleration.minAccelerationStructureScratchOffsetAlignment);
 }
 

@@ -208,6 +208,36 @@ TEST_F(RegionTest, OfEveryMacrocellSideGivesTheSameImage) {
   }
 }
 
+// What the device takes is built, and not one more. It is nothing of the device's: other finders serve, and smaller
+// regions.
+TEST_F(RegionTest, OfMoreThanTheDeviceTakesIsRefused) {
+  const auto file = buildFile(*makeSynthetic({.type = VoxelType::u8, .dims = {64, 64, 64}, .seed = 2}));
+  std::vector<std::string> messages;
+  const auto drawWith = [&](std::uint64_t most, const View& view) {
+    DeviceOptions options;
+    options.validation = true;
+    options.on_message = [&messages](const std::string& text) { messages.push_back(text); };
+    options.max_primitives = most;
+    const std::unique_ptr<Renderer> limited = createRenderer(options);
+    const auto volume = limited->load(VolumeFile(file));
+    return limited->render(*volume, view);
+  };
+  for (const Finder finder : kRegionFinders) {
+    View view = smallView({1, 255});
+    view.finder = finder;
+    const std::uint64_t primitives = drawWith(~std::uint64_t{0}, view).stats.finder_build.primitives;
+    ASSERT_GT(primitives, 1u);
+    EXPECT_EQ(drawWith(primitives, view).stats.finder_build.primitives, primitives);
+    try {
+      drawWith(primitives - 1, view);
+      ADD_FAILURE() << finderName(finder) << " with one more than the device takes";
+    } catch (const ViewError& error) {
+      EXPECT_EQ(error.field, "finder");
+    }
+  }
+  EXPECT_EQ(messages, std::vector<std::string>{});
+}
+
 TEST_F(RegionTest, RefusesMacrocellsSmallerThanSubblocks) {
   BuildOptions options;
   options.subblock_side = 16;
