@@ -78,6 +78,30 @@ TEST_F(BudgetTest, ManyWhoLookDoNotDriveOutEachOthersParts) {
   EXPECT_EQ(made(), first);
 }
 
+// Each with a range of his own, of which boxes and boundaries are made.
+TEST_F(BudgetTest, ManyWhoLookDoNotDriveOutEachOthersRegions) {
+  if (!renderer().device().ray_query) GTEST_SKIP() << "this device has no ray queries";
+  start(buildFile(*makeSynthetic({.type = VoxelType::u8, .dims = {60, 50, 40}, .seed = 4})), 0);
+  const auto round = [&] {
+    for (const Finder finder : {Finder::clusters, Finder::boundary}) {
+      for (int session = 0; session < 5; ++session) {
+        View view;
+        view.width = view.height = 16;
+        view.mode = Mode::mip;
+        view.finder = finder;
+        view.channels[0].range = DensityRange{10.0 + 30 * session, 230};
+        renderer_->render(*volume_, view, {});
+      }
+    }
+  };
+  round();
+  const auto first = made();
+  EXPECT_EQ(first.at("clusters"), 5u);
+  EXPECT_EQ(first.at("boundary"), 5u);
+  round();
+  EXPECT_EQ(made(), first);
+}
+
 TEST_F(BudgetTest, WalkingEverythingStaysWithinItAndIsRight) {
   const auto file =
       buildFile(*makeSynthetic({.type = VoxelType::u16, .dims = {120, 100, 80}, .seed = 5, .channels = 2}));

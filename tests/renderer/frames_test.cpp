@@ -65,6 +65,38 @@ TEST_F(FramesTest, DoNotDependOnBands) {
   EXPECT_EQ(one.stats.block_visits, many.stats.block_visits);
 }
 
+// However cheap the frames before were: what is not known of a volume and a kernel begins with one row of workgroups,
+// and grows by four. What is known is cut by it.
+TEST_F(FramesTest, TheFirstOfAVolumeAndAKernelBeginsSmall) {
+  DeviceOptions options = withBands(1e6);
+  int submissions = 0;
+  options.inject_fault = [&submissions](DeviceCall call) {
+    submissions += call == DeviceCall::submit ? 1 : 0;
+    return DeviceFault::none;
+  };
+  std::vector<std::string> messages;
+  const std::unique_ptr<Renderer> renderer = other(options, messages);
+  const std::unique_ptr<ResidentVolume> one = renderer->load(VolumeFile(buildFile(*makeSynthetic({}))));
+  const std::unique_ptr<ResidentVolume> two = renderer->load(VolumeFile(buildFile(*makeSynthetic({.seed = 2}))));
+  const auto bands = [&](ResidentVolume& volume, const View& view) {
+    renderer->render(volume, view, {.prepare_only = true});
+    submissions = 0;
+    renderer->render(volume, view);
+    return submissions;
+  };
+  View view = viewOf(one->info());
+  view.width = 64;
+  view.height = 512;
+  constexpr int kFromARow = 4;  // 8, 32, 128 and 344 rows
+  EXPECT_EQ(bands(*one, view), kFromARow);
+  EXPECT_EQ(bands(*one, view), 1);
+  EXPECT_EQ(bands(*two, view), kFromARow) << "another volume";
+  view.mode = Mode::mip;
+  EXPECT_EQ(bands(*one, view), kFromARow) << "another kernel";
+  EXPECT_EQ(bands(*one, view), 1);
+  EXPECT_EQ(messages, std::vector<std::string>{});
+}
+
 TEST_F(FramesTest, DoNotDependOnChunks) {
   const std::filesystem::path path = buildFile(*makeSynthetic(severalMegabytes()));
   ASSERT_GT(VolumeFile(path).info().levels[0].voxel_bytes, std::uint64_t{3} << 20);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <map>
 
 #include "tests/renderer/stage.h"
 #include "tests/renderer/synthetic.h"
@@ -107,7 +108,6 @@ TEST_F(PiecesTest, FramesThatTakeTurnsAreWhatTheyAreAlone) {
   }
 }
 
-// However many pieces there are: stopped after each of them in turn, on a renderer that goes on where the last one was.
 // Macrocells are looked at a layer of workgroups at a time: many submissions, and the same boxes, faces and pictures.
 TEST_F(PiecesTest, RegionsMadeOfManySlabsAreTheSame) {
   if (!renderer_->device().ray_query) GTEST_SKIP() << "this device has no ray queries";
@@ -153,6 +153,7 @@ TEST_F(PiecesTest, RegionsMadeOfManySlabsAreTheSame) {
   }
 }
 
+// However many pieces there are: stopped after each of them in turn, on a renderer that goes on where the last one was.
 TEST_F(PiecesTest, ACancelledFrameEndsWithThePieceAtHand) {
   View view;
   view.width = 120;
@@ -200,6 +201,33 @@ TEST_F(PiecesTest, WhatACancelledFrameBeganGoesOn) {
   EXPECT_GT(pieces, 3);
   const auto parts = volumes_[0]->parts();
   EXPECT_NE(std::ranges::find(parts, "voxels", &ResidentPart::what), parts.end());
+}
+
+// What is as large as the volume is never one piece: whoever waits for the device is let in between.
+TEST_F(PiecesTest, LargePartsAreMadeInMany) {
+  const auto source = makeSynthetic({.type = VoxelType::rgba8, .dims = {130, 120, 110}, .seed = 6});
+  const std::filesystem::path file = buildFile(*source, {.subblock_side = 4, .block_side = 1});
+  const auto volume = renderer_->load(VolumeFile(file));
+  View view;
+  view.level = 0;
+  view.filter = Filter::linear;
+  view.finder = Finder::grid;
+  view.channels[0].range = DensityRange{60, 200};
+  const auto frame = renderer_->begin(*volume, {.view = resolveView(view, volume->info()), .prepare_only = true});
+  std::map<std::string, std::uint64_t> pieces;
+  std::map<std::string, std::uint64_t> made;
+  for (bool more = true; more;) {
+    more = frame->advance();
+    for (const PartTotal& total : renderer_->parts()) {
+      // What is in the making has its memory from the first piece on.
+      if (total.bytes > 0 && made[total.what] == 0) ++pieces[total.what];
+      made[total.what] = total.made;
+    }
+  }
+  const std::size_t blocks = VolumeFile(file).readApronLevel(0, 0).blocks.size();
+  ASSERT_GT(blocks, 4u * 1024);
+  EXPECT_EQ(pieces["quarters"], (blocks + 1023) / 1024);
+  EXPECT_GT(pieces["voxels"], volume->info().levels[0].voxel_bytes >> 20);  // 2 MiB each, with an apron
 }
 
 // Half of what a frame began, and whole parts that nobody uses, go with their volume.
