@@ -41,6 +41,7 @@ struct TiffFile::Decoder {
   TIFF* tiff = nullptr;
   std::vector<TiffPage> pages;
   std::string description;
+  std::string no_description;  // why it was left out; empty: it was not
 
   // the band that is decoded
   std::size_t page = std::numeric_limits<std::size_t>::max();
@@ -105,7 +106,11 @@ void TiffFile::Decoder::readPages() {
   for (int number = 1;; ++number) {
     if (number > kMaxDim) failData("{}: TIFF: more than {} pages", file.name(), kMaxDim);
     if (!isSecondaryPage(tiff)) {
-      if (pages.empty()) description = tiffDescription(tiff, file.name());
+      if (pages.empty()) {
+        description = tiffDescription(tiff, file.name());
+        // libtiff goes on without a text that it has no memory for.
+        if (description.empty()) no_description = message;
+      }
       pages.push_back(readTiffPage(tiff, file.name(), number));
     }
     if (TIFFLastDirectory(tiff) != 0) break;
@@ -259,7 +264,12 @@ TiffFile::~TiffFile() = default;
 
 const std::string& TiffFile::name() const { return decoder_->file.name(); }
 const std::vector<TiffPage>& TiffFile::pages() const { return decoder_->pages; }
-const std::string& TiffFile::description() const { return decoder_->description; }
+const std::string& TiffFile::description() const {
+  if (!decoder_->no_description.empty()) {
+    failData("{}: ImageDescription: {}; raise --memory", name(), decoder_->no_description);
+  }
+  return decoder_->description;
+}
 
 void TiffFile::readRow(std::size_t page, int y, std::span<std::byte> out) {
   Decoder& decoder = *decoder_;

@@ -45,7 +45,8 @@ class TiffFile {
 
   const std::string& name() const;
   const std::vector<TiffPage>& pages() const;
-  // ImageDescription of the first page, which speaks for all; empty where there is none.
+  // ImageDescription of the first page, which speaks for all; empty where there is none. Throws DataError where there
+  // was no memory for it.
   const std::string& description() const;
   // Row `y` of a page as samples of page.format; ascending rows decode every band once.
   void readRow(std::size_t page, int y, std::span<std::byte> out);

@@ -7,6 +7,7 @@
 namespace blockwalk {
 namespace {
 
+using testing::AllOf;
 using testing::HasSubstr;
 using volume_test::allocations;
 
@@ -159,6 +160,18 @@ TEST(ImportTiffDescription, TakesSizesUnitsAndColoursOfOme) {
     EXPECT_THAT(refusal({writeTiff(scratch, {.description = text.c_str()}, 4)}),
                 HasSubstr(fmt::format("PhysicalSizeX=\"{}\" is no finite number above 0", wrong)));
   }
+}
+
+// libtiff leaves a text out that it has no memory for: the pages would be slices, and no word of it.
+TEST(ImportTiffDescription, WhatThereIsNoMemoryForIsRefused) {
+  const Scratch scratch;
+  const std::string text =
+      "ImageJ=1.54\nimages=4\nchannels=2\nslices=2\nInfo=" + std::string(std::size_t{2} << 20, 'x');
+  const auto file = writeTiff(scratch, {.description = text.c_str()}, 4);
+  ImportOptions options;
+  EXPECT_EQ(openSource({file}, options)->info().channels.size(), 2u);
+  options.memory_bytes = std::uint64_t{1} << 20;
+  EXPECT_THAT(refusal({file}, options), AllOf(HasSubstr("ImageDescription"), HasSubstr("--memory")));
 }
 
 // Every page's directory names the same text of 1 MiB, which must be kept once.
