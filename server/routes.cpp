@@ -293,6 +293,7 @@ bool isProbe(const HttpRequest& request) {
 
 std::vector<Path> interfacePaths() {
   std::vector<Path> paths;
+  paths.reserve(kRoutes.size());
   for (const Route& route : kRoutes) paths.push_back(route.path);
   return paths;
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/resident/records.h"
 
+#include <algorithm>
 #include <cstring>
 
 #include "renderer/plan/density_scale.h"
@@ -52,7 +53,7 @@ Upload::Fill writeRecords(At at) {
   return [at = std::move(at)](std::size_t first, std::span<std::byte> out) {
     for (std::size_t i = first; !out.empty(); ++i) {
       const auto record = at(i);
-      std::memcpy(out.data(), &record, sizeof record);
+      std::ranges::copy(std::as_bytes(std::span(&record, 1)), out.begin());
       out = out.subspan(sizeof record);
     }
   };

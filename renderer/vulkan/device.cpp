@@ -88,7 +88,7 @@ void Device::createDevice(const DeviceOptions& options) {
   queue_ = device_.getQueue(queue_family_, 0);
   pool_ = device_.createCommandPool(
       {.flags = vk::CommandPoolCreateFlagBits::eTransient, .queueFamilyIndex = queue_family_});
-  readLimits();
+  readLimits(options);
 }
 
 void Device::chooseQueue() {
@@ -130,7 +130,7 @@ void Device::createLogical(bool has_budget) {
   device_ = vk::raii::Device(physical_, create);
 }
 
-void Device::readLimits() {
+void Device::readLimits(const DeviceOptions& options) {
   const auto properties = physical_.getProperties2<vk::PhysicalDeviceProperties2, vk::PhysicalDeviceVulkan11Properties,
                                                    vk::PhysicalDeviceAccelerationStructurePropertiesKHR>();
   timestamp_period_ns_ = properties.get<vk::PhysicalDeviceProperties2>().properties.limits.timestampPeriod;

@@ -71,7 +71,7 @@ class Device {
   void createDevice(const DeviceOptions& options);
   void chooseQueue();
   void createLogical(bool has_budget);
-  void readLimits();
+  void readLimits(const DeviceOptions& options);
   void checkVectors() const;
 
   std::function<void(const std::string&)> on_message_;
