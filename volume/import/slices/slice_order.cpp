@@ -24,6 +24,16 @@ std::string_view withoutZeros(std::string_view digits) {
   return digits.substr(std::min(digits.find_first_not_of('0'), digits.size()));
 }
 
+// A link is what it leads to. What it is called where it is no regular file; empty where it is one.
+std::string_view oddity(const std::filesystem::directory_entry& entry) {
+  std::error_code unknown;
+  const std::filesystem::file_type type = entry.status(unknown).type();
+  if (type == std::filesystem::file_type::regular) return {};
+  if (type == std::filesystem::file_type::directory) return "a folder";
+  if (!unknown && type != std::filesystem::file_type::not_found) return "a pipe, a socket or a device";
+  return entry.is_symlink(unknown) ? "a link that leads nowhere" : "gone";
+}
+
 bool namedLikeSlice(const std::filesystem::path& path) {
   const std::string extension = lowerCase(path.extension().string());
   return extension == ".png" || extension == ".tif" || extension == ".tiff";
@@ -58,7 +68,11 @@ std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& f
   std::vector<std::filesystem::path> slices;
   FileKind kind = FileKind::unknown;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    if (!entry.is_regular_file() || entry.path().filename().string().starts_with('.')) continue;
+    if (entry.path().filename().string().starts_with('.')) continue;
+    if (const std::string_view odd = oddity(entry); !odd.empty()) {
+      if (!namedLikeSlice(entry.path())) continue;
+      failData("{}: is named like a slice and is {}; a slice would be missing", entry.path().string(), odd);
+    }
     const InputFile file(entry.path());
     const FileKind found = fileKind(file);
     if (found != FileKind::png && found != FileKind::tiff) {

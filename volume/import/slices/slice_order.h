@@ -12,8 +12,9 @@ namespace blockwalk {
 // zeros compare by their characters.
 bool comesBefore(std::string_view a, std::string_view b);
 
-// The PNG or TIFF files of a folder, in natural order. Files of other kinds are passed over, but one that calls itself
-// .png, .tif or .tiff and is not throws DataError, as do a folder without slices and one with slices of both kinds.
+// The PNG or TIFF files of a folder, in natural order. What begins with a dot is passed over, and so is what is of
+// another kind; but what calls itself .png, .tif or .tiff and is not, or is no regular file and no link to one, throws
+// DataError, as do a folder without slices and one with slices of both kinds.
 std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& folder);
 
 }  // namespace blockwalk

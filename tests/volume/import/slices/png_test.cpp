@@ -1,5 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <png.h>
+#include <sys/stat.h>
+
+#include <functional>
 
 #include "tests/volume/import/import_scratch.h"
 #include "volume/import/slices/slice_order.h"
@@ -156,6 +159,33 @@ TEST(SliceOrder, IsNaturalAndStrict) {
     for (std::size_t j = 0; j < ordered.size(); ++j) {
       EXPECT_EQ(comesBefore(ordered[i], ordered[j]), i < j) << ordered[i] << " " << ordered[j];
     }
+  }
+}
+
+TEST(ImportPng, AFolderPassesOverNoSlice) {
+  const Scratch scratch;
+  const std::string slice = pngOf(2, 2, {}, "abcd");
+  scratch.write("stack/a.png", slice);
+  scratch.write("stack/c.png", slice);
+  scratch.write("stack/notes.txt", "not a slice");
+  scratch.write("stack/.b.png", "hidden");
+  scratch.write("stack/deeper/d.png", slice);
+  std::filesystem::create_symlink("a.png", scratch.path("stack/b.png"));
+  EXPECT_EQ(importAll(scratch.path("stack")), "abcdabcdabcd") << "a link to a slice is one";
+
+  const auto odd = scratch.path("stack/b2.TIF");
+  const std::pair<std::string, std::function<void()>> makers[] = {
+      {"a pipe, a socket or a device", [&] { ASSERT_EQ(mkfifo(odd.c_str(), 0600), 0); }},
+      {"a pipe, a socket or a device", [&] { ASSERT_EQ(mknod(odd.c_str(), S_IFSOCK | 0600, 0), 0); }},
+      {"a folder", [&] { std::filesystem::create_directory(odd); }},
+      {"a folder", [&] { std::filesystem::create_symlink("deeper", odd); }},
+      {"a link that leads nowhere", [&] { std::filesystem::create_symlink("absent.png", odd); }},
+      {"a link that leads nowhere", [&] { std::filesystem::create_symlink("b2.TIF", odd); }},
+  };
+  for (const auto& [says, make] : makers) {
+    make();
+    EXPECT_THAT(refusal({scratch.path("stack")}), testing::AllOf(HasSubstr("b2.TIF"), HasSubstr(says)));
+    std::filesystem::remove(odd);
   }
 }
 
