@@ -201,7 +201,7 @@ std::span<const ViewField> viewFields() { return kFields; }
 
 void setViewField(ImageRequest& request, std::string_view name, std::string_view text) {
   const auto field = std::find_if(kFields.begin(), kFields.end(), [&](const ViewField& f) { return f.name == name; });
-  if (field == kFields.end()) failValue(name, "is no member of a view", text);
+  if (field == kFields.end()) failName(name, "is no member of a view");
   // A parser that throws half way leaves the request as it was.
   ImageRequest changed = request;
   field->parse(changed, text);
@@ -213,10 +213,10 @@ void setViewFields(ImageRequest& request, std::span<const std::pair<std::string,
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const auto& [name, text] = pairs[i];
     for (std::size_t earlier = 0; earlier < i; ++earlier) {
-      if (pairs[earlier].first == name) failValue(name, "is given twice", text);
+      if (pairs[earlier].first == name) failName(name, "is given twice");
       const bool both =
           (name == "fov" && pairs[earlier].first == "ortho") || (name == "ortho" && pairs[earlier].first == "fov");
-      if (both) failValue(name, "excludes " + pairs[earlier].first + ": give one of fov and ortho", text);
+      if (both) failName(name, "excludes " + pairs[earlier].first + ": give one of fov and ortho");
     }
     setViewField(changed, name, text);
   }

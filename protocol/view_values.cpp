@@ -52,6 +52,10 @@ void failValue(std::string_view field, std::string_view detail, std::string_view
   throw ViewError(shownText(field), fmt::format("{}: {}, not '{}'", shownText(field), detail, shownText(text)));
 }
 
+void failName(std::string_view field, std::string_view detail) {
+  throw ViewError(shownText(field), fmt::format("{}: {}", shownText(field), detail));
+}
+
 double parseNumber(std::string_view field, std::string_view text) {
   double value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);

@@ -20,6 +20,9 @@ constexpr std::size_t kMaxTransferPoints = 256;
 // Throws ViewError("field", "field: detail, not 'text'"); the text is shortened and made printable.
 [[noreturn]] void failValue(std::string_view field, std::string_view detail, std::string_view text);
 
+// Throws ViewError("field", "field: detail"): of a name that is wrong whatever its value is.
+[[noreturn]] void failName(std::string_view field, std::string_view detail);
+
 double parseNumber(std::string_view field, std::string_view text);  // finite
 int parseInteger(std::string_view field, std::string_view text, int lo, int hi);
 bool parseSwitch(std::string_view field, std::string_view text);  // on, off

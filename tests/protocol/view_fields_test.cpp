@@ -216,6 +216,23 @@ const BadField kBadFields[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Table, BadFields, testing::ValuesIn(kBadFields));
 
+// A name that is wrong is, whatever its value.
+TEST(ViewFields, WrongNamesAreRefusedWithoutTheirValues) {
+  const std::pair<const char*, const char*> wrong[] = {
+      {"foo=1", "foo: is no member of a view"},
+      {"fov=30&fov=31", "fov: is given twice"},
+      {"fov=30&ortho=2", "ortho: excludes fov: give one of fov and ortho"},
+  };
+  for (const auto& [query, says] : wrong) {
+    try {
+      fromQuery(query);
+      ADD_FAILURE() << query;
+    } catch (const ViewError& error) {
+      EXPECT_EQ(error.what(), std::string(says));
+    }
+  }
+}
+
 TEST(ViewFields, RefuseMoreTransferPointsThanTheBound) {
   std::string points = "0:000000:0";
   for (int i = 1; i < 256; ++i) points += fmt::format(",{}:ffffff:0.5", i);
