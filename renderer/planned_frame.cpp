@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/planned_frame.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <chrono>
 #include <utility>
@@ -21,6 +23,10 @@ void fillBackground(const ResolvedView& view, Frame& frame) {
 }
 
 bool isRegion(Part part) { return part == Part::clusters || part == Part::boundary; }
+
+OutOfDeviceMemory withAdvice(const OutOfDeviceMemory& error, std::string_view field, std::string_view advice) {
+  return {fmt::format("{}; {}", error.what(), advice), error.needed_bytes, error.free_bytes, std::string(field)};
+}
 
 }  // namespace
 
@@ -62,9 +68,8 @@ bool PlannedFrame::waits() const {
   return shortage_ != nullptr && tools_.under_way.holding > 0 && tools_.under_way.ended == ended_before_;
 }
 
-// From a handler of what it threw.
-void PlannedFrame::defer() {
-  shortage_ = std::current_exception();
+void PlannedFrame::defer(std::exception_ptr shortage) {
+  shortage_ = std::move(shortage);
   // No sample was drawn: the sums are as the last step left them.
   if (kept_ != nullptr && kept_->samples > 0) tools_.kept_sums.keep(std::move(kept_));
   letGo();
@@ -104,14 +109,28 @@ bool PlannedFrame::advance() {
     } catch (const OutOfDeviceMemory& error) {
       const bool draws = cutter_.has_value();  // and takes nothing more
       const bool fits_alone = error.needed_bytes <= tools_.device.info().memory_budget_bytes;
-      if (draws || !fits_alone || tools_.under_way.holding == 1) throw;
-      defer();
+      const OutOfDeviceMemory advised = advise(error);
+      if (draws || !fits_alone || tools_.under_way.holding == 1) throw advised;
+      defer(std::make_exception_ptr(advised));
       more = true;
     }
   }
   frame_.stats.total_ms += std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - start).count();
   if (!more) finish();
   return more;
+}
+
+// With the member of the view of which another value needs less of what was short.
+OutOfDeviceMemory PlannedFrame::advise(const OutOfDeviceMemory& error) const {
+  if (order_.prepare_only) return error;
+  if (next_need_ < plan_.needs.size()) {
+    const bool is_coarsest = static_cast<std::size_t>(plan_.level) + 1 >= volume_.info().levels.size();
+    if (!is_coarsest) return withAdvice(error, "level", "a coarser level needs less");
+    if (order_.view.filter == Filter::linear) return withAdvice(error, "filter", "filter nearest needs less");
+    return error;
+  }
+  if (!is_begun_) return withAdvice(error, "size", "a smaller picture needs less");
+  return error;
 }
 
 bool PlannedFrame::advanceWork() {

@@ -57,7 +57,8 @@ class PlannedFrame {
   void hold();
   void letGo() noexcept;
   void end() noexcept;
-  void defer();
+  OutOfDeviceMemory advise(const OutOfDeviceMemory& error) const;
+  void defer(std::exception_ptr shortage);
   void describe();
   bool makeResident();
   void begin();

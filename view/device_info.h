@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 namespace blockwalk {
 
@@ -24,12 +25,14 @@ struct DeviceHangs : DeviceLost {
   using DeviceLost::DeviceLost;
 };
 
-// What was asked for did not fit; the device serves what is smaller. Bytes are 0 where the driver did not say.
+// What was asked for did not fit; the device serves what is smaller. The text has the bytes needed and free, where the
+// driver said them; else they are 0.
 struct OutOfDeviceMemory : DeviceError {
-  OutOfDeviceMemory(const std::string& detail, std::uint64_t needed, std::uint64_t free)
-      : DeviceError(detail), needed_bytes(needed), free_bytes(free) {}
+  OutOfDeviceMemory(const std::string& detail, std::uint64_t needed, std::uint64_t free, std::string member = {})
+      : DeviceError(detail), needed_bytes(needed), free_bytes(free), field(std::move(member)) {}
   std::uint64_t needed_bytes = 0;
   std::uint64_t free_bytes = 0;
+  std::string field;  // the view's member of which another value needs less; empty: none is known
 };
 
 struct DeviceInfo {

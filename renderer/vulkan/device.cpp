@@ -172,8 +172,8 @@ void Device::makeRoom(std::uint64_t bytes) {
   for (std::uint64_t left = free(); bytes > left; left = free()) {
     // What can never fit is refused before anything gives way for it.
     if (bytes <= budget && reclaim(bytes - left)) continue;
-    throw OutOfDeviceMemory(fmt::format("{}: {} bytes are needed and {} free, {} of {} in use", info_.name, bytes, left,
-                                        memory_->usedBytes(), budget),
+    throw OutOfDeviceMemory(fmt::format("{}: {} bytes are needed, {} are free, {} of {} in use", info_.name, bytes,
+                                        left, memory_->usedBytes(), budget),
                             bytes, left);
   }
 }

@@ -64,7 +64,7 @@ std::uint64_t Memory::freeBytes(std::uint32_t heap) const {
 
 void Memory::refuseMoreThan(std::uint64_t free, std::uint64_t bytes, const char* what) {
   if (bytes <= free) return;
-  throw OutOfDeviceMemory(fmt::format("{}: {} bytes are needed and {} free", what, bytes, free), bytes, free);
+  throw OutOfDeviceMemory(fmt::format("{}: {} bytes are needed, {} are free", what, bytes, free), bytes, free);
 }
 
 void Memory::requireOfHost(std::uint64_t bytes, const char* what) const {

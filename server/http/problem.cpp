@@ -32,9 +32,8 @@ Problem problemOf(std::exception_ptr error) {
     return {.status = 503, .detail = fmt::format("the volume failed: {}", thrown.what()), .field = {}};
   } catch (const OutOfDeviceMemory& thrown) {
     return {.status = 503,
-            .detail = fmt::format("the device has too little memory: {} bytes are needed, {} are free: {}",
-                                  thrown.needed_bytes, thrown.free_bytes, thrown.what()),
-            .field = {}};
+            .detail = fmt::format("the device has too little memory: {}", thrown.what()),
+            .field = thrown.field};
   } catch (const DeviceError& thrown) {
     spdlog::error("device: {}", thrown.what());
     return {.status = 503, .detail = fmt::format("the device refused: {}", thrown.what()), .field = {}};

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Memory: what is shared by many who look, what gives way, what is refused.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -158,6 +159,9 @@ TEST_F(BudgetTest, WhatDoesNotFitIsRefusedAndWhatDoesIsServed) {
       EXPECT_GE(error.needed_bytes, volume_->info().levels[0].voxel_bytes);
       EXPECT_LT(error.free_bytes, error.needed_bytes);
       EXPECT_LE(error.free_bytes, budget);
+      EXPECT_EQ(error.field, "level");
+      EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr(fmt::format("{} bytes", error.needed_bytes)),
+                                               testing::HasSubstr("a coarser level needs less")));
     }
   }
 }

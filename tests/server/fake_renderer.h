@@ -75,7 +75,7 @@ struct FakeControl {
         hung_ = opened.load();
         throw DeviceHangs("the fake device was told to hang");
       case Fault::out_of_memory:
-        throw OutOfDeviceMemory("the fake device was told to be full", 123456, 789);
+        throw OutOfDeviceMemory("the fake device is full: 123456 bytes are needed, 789 are free", 123456, 789, "level");
       case Fault::bad_alloc:
         throw std::bad_alloc();
       case Fault::data:

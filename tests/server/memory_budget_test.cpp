@@ -137,11 +137,16 @@ TEST_F(MemoryBudget, AViewThatAloneNeedsMoreIsRefusedWithWhatItNeeds) {
     ASSERT_EQ(std::sscanf(refused.body.c_str() + first, "%llu bytes are needed, %llu are free", &needed, &free), 2)
         << refused.body;
     EXPECT_GT(needed, free);
+    EXPECT_EQ(refused.body.find("bytes are needed", words + 2), std::string::npos) << "once: " << refused.body;
+    EXPECT_EQ(refused.json()["field"], "level") << refused.body;
     EXPECT_LE(free, budget);
     EXPECT_LE(used(), budget);
     const WireReply drawn = get(port_, view + "nearest");
     EXPECT_EQ(drawn.status, 200) << drawn.body;
     EXPECT_EQ(drawn.body == fine.body, true);
+    const WireReply large = get(port_, "/api/v1/volumes/rock/image?size=1024x1024&format=raw&level=0");
+    EXPECT_EQ(large.status, 503);
+    EXPECT_EQ(large.json()["field"], "size") << large.body;
   }
   end();
 }
