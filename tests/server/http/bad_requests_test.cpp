@@ -255,6 +255,12 @@ TEST_P(BadBodies, NameTheField) {
 
 INSTANTIATE_TEST_SUITE_P(Table, BadBodies, testing::ValuesIn(kBadBodies));
 
+TEST(BadBodies, WhatIsNoJsonIsRefusedWithItsByte) {
+  const auto reply = post(sharedServer().port(), "/api/v1/volumes/rock/image", R"({"fov":30,})");
+  expectProblem(reply, 400, "body");
+  EXPECT_EQ(reply.json()["detail"], "JSON, byte 11: not valid JSON");
+}
+
 TEST(BadBodies, DeepNestingIsRefusedByItsDepth) {
   const auto reply = post(sharedServer().port(), "/api/v1/volumes/rock/image", std::string(500000, '['));
   expectProblem(reply, 400, "body");
