@@ -161,7 +161,9 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
     return 0;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : kWrongUsage;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help
+    fmt::print(stderr, "bench: {}; see bench --help\n", error.what());
+    return kWrongUsage;
   } catch (const ViewError& error) {
     fmt::print(stderr, "bench: {}\n", error.what());
     return kWrongUsage;

@@ -102,6 +102,8 @@ if(TARGET bench)
   set_tests_properties(bench.masks PROPERTIES TIMEOUT 60 LABELS bench PASS_REGULAR_EXPRESSION "\"experiment\": \"masks\"")
   add_test(NAME bench.refuses COMMAND bench frames --size 0x0 ${CMAKE_CURRENT_SOURCE_DIR}/LICENSE)
   set_tests_properties(bench.refuses PROPERTIES TIMEOUT 60 LABELS bench PASS_REGULAR_EXPRESSION "(^|\n)bench: size: ")
+  add_test(NAME bench.usage COMMAND bench frames --nonsense)
+  set_tests_properties(bench.usage PROPERTIES TIMEOUT 60 LABELS bench PASS_REGULAR_EXPRESSION "(^|\n)bench: [^\n]*; see bench --help")
 endif()
 
 if(BLOCKWALK_WEB)

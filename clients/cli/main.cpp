@@ -37,7 +37,10 @@ int run(int argc, char** argv) {
       throw blockwalk::UsageError("name a command: demo, import, info or render; see --help");
     return 0;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : blockwalk::kWrongUsage;
+    if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version
+    const auto commands = app.get_subcommands();
+    complain("{}; see blockwalk {}--help", error.what(), commands.empty() ? "" : commands.front()->get_name() + " ");
+    return blockwalk::kWrongUsage;
   } catch (const blockwalk::UsageError& error) {
     complain("{}", error.what());
     return blockwalk::kWrongUsage;

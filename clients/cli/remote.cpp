@@ -65,7 +65,10 @@ asio::ssl::context trustOf(const RemoteAccess& access) {
   }
   boost::system::error_code error;
   trust.load_verify_file(access.ca.string(), error);
-  if (error) throw std::runtime_error(fmt::format("--ca {}: {}", access.ca.string(), error.message()));
+  if (error) {
+    throw UsageError(fmt::format(
+        "--ca: '{}' holds no certificate in PEM (-----BEGIN CERTIFICATE-----), or a broken one", access.ca.string()));
+  }
   return trust;
 }
 
@@ -86,6 +89,7 @@ asio::awaitable<Response> ask(Stream& stream, const RemoteVolume& volume, const 
 }
 
 asio::awaitable<Response> exchange(const RemoteVolume& volume, const RemoteAccess& access, const Question& question) {
+  asio::ssl::context trust = trustOf(access);  // first: a wrong flag is one whether anybody answers or not
   const auto executor = co_await asio::this_coro::executor;
   asio::ip::tcp::resolver resolver(executor);
   const auto addresses = co_await resolver.async_resolve(volume.host, volume.port, asio::use_awaitable);
@@ -96,7 +100,6 @@ asio::awaitable<Response> exchange(const RemoteVolume& volume, const RemoteAcces
     tcp.expires_after(kAnswerTime);
     co_return co_await ask(tcp, volume, access, question);
   }
-  asio::ssl::context trust = trustOf(access);
   asio::ssl::stream<beast::tcp_stream&> stream(tcp, trust);
   // OpenSSL's macro for this casts as C does.
   std::string name = volume.host;

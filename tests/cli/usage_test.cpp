@@ -9,6 +9,12 @@ namespace {
 
 using testing::ContainsRegex;
 using testing::HasSubstr;
+using testing::StartsWith;
+
+std::string lastLine(std::string text) {
+  if (text.ends_with('\n')) text.pop_back();
+  return text.substr(text.rfind('\n') + 1);
+}
 
 struct BadUse {
   const char* arguments;
@@ -67,6 +73,9 @@ const BadUse kBadUses[] = {
     {"info http://127.0.0.1:8080x/fossil", 2, "port"},
     {"info http://127.0.0.1:1/fossil --ca absent.pem", 2, "absent.pem"},
     {"info https://127.0.0.1:1/fossil --ca data.raw --insecure", 2, "--insecure"},
+    {"info https://127.0.0.1:1/fossil --ca data.raw", 2, "--ca: 'data.raw' holds no certificate in PEM"},
+    {"info http://127.0.0.1:1/fossil --ca data.raw", 2, "--ca"},
+    {"render data.raw -o a.png --nonsense 1", 2, "see blockwalk render --help"},
     {"info http://127.0.0.1:1/fossil --token ''", 1, "no answer"},
     {"info http://127.0.0.1:1/fossil --token 'a b'", 2, "--token"},
     {"info data.raw --token secret", 2, "--token"},
@@ -105,6 +114,8 @@ TEST(Usage, NamesWhatIsWrongAndLeavesNoFile) {
     const Outcome outcome = place.run(use.arguments);
     EXPECT_EQ(outcome.exit_code, use.exit_code) << use.arguments << "\n" << outcome.error;
     EXPECT_THAT(outcome.error, HasSubstr(use.message)) << use.arguments;
+    // One form for all, whoever finds it; warnings and steps may stand before.
+    EXPECT_THAT(lastLine(outcome.error), StartsWith("blockwalk: ")) << use.arguments;
     EXPECT_EQ(place.read("data.raw"), std::string(64, 'x')) << use.arguments;
     EXPECT_FALSE(std::filesystem::exists(place.path("a.bwv"))) << use.arguments;
     EXPECT_FALSE(std::filesystem::exists(place.path("a.png"))) << use.arguments;
