@@ -40,6 +40,13 @@ void printTimes(std::string_view name, std::vector<double> times) {
   fmt::print("{:<9} min {:.3f}  median {:.3f}  max {:.3f} ms\n", name, times.front(), median, times.back());
 }
 
+// Who asks for a finder by name may not know that it pays only where the device queries rays by hardware.
+void tellSlowFinder(Finder finder, const DeviceInfo& device) {
+  if (device.kind != "software" || (finder != Finder::boundary && finder != Finder::clusters)) return;
+  fmt::print(stderr, "blockwalk: finder {}: slow on {}, a software device; auto draws the same picture sooner\n",
+             finder == Finder::boundary ? "boundary" : "clusters", device.name);
+}
+
 struct RenderCommand {
   std::string source;
   std::string output;
@@ -113,6 +120,7 @@ struct RenderCommand {
     VolumeFile file(source);
     setUpDriver();
     const auto renderer = createRenderer(options);
+    tellSlowFinder(wanted.view.finder, renderer->device());
     const auto volume = renderer->load(std::move(file));
     Frame frame;
     for (int i = 0; i < repeat; ++i) {

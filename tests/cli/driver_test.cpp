@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What the program asks of the driver before it draws: the vectors' width, and where kernels are kept.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -111,6 +112,18 @@ TEST_F(DriverTest, WithoutAFolderNothingIsKept) {
   EXPECT_THAT(device()["set_up"], testing::HasSubstr("no folder"));
   ASSERT_EQ(place.run("demo fossil -o fossil.bwv --size 32").exit_code, 0);
   EXPECT_EQ(place.run("render fossil.bwv -o a.raw --size 8x8").exit_code, 0);
+}
+
+TEST_F(DriverTest, AFinderThatIsSlowWithoutHardwareIsTold) {
+  const json device = this->device();
+  if (device["kind"] != "software" || device["ray_query"] != true) GTEST_SKIP() << "hardware here, or no ray queries";
+  ASSERT_EQ(place.run("demo smoke -o a.bwv --size 24").exit_code, 0);
+  for (const char* finder : {"boundary", "clusters", "grid", "auto"}) {
+    const Outcome outcome = place.run(fmt::format("render a.bwv -o a.png --size 16x16 --finder {}", finder));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.error;
+    const bool is_told = outcome.error.find(fmt::format("blockwalk: finder {}: slow on ", finder)) != std::string::npos;
+    EXPECT_EQ(is_told, finder == std::string("boundary") || finder == std::string("clusters")) << outcome.error;
+  }
 }
 
 }  // namespace
