@@ -25,6 +25,7 @@ blockwalk::DeviceOptions deviceOptions(const blockwalk::ServerOptions& options) 
 
 int serve(const std::vector<std::string>& arguments) {
   const auto options = blockwalk::parseServerOptions(arguments);
+  blockwalk::judgeOptions(options);
   spdlog::info("{}", blockwalk::setUpDriver().note);
   blockwalk::Server server(options, [options] { return blockwalk::createRenderer(deviceOptions(options)); });
   server.waitForDevice();  // a driver that hangs can still be ended by a signal

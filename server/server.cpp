@@ -31,8 +31,12 @@ constexpr std::chrono::milliseconds kAcceptPause{100};
 // Connections beyond max_connections, for those that watch the server and those that it knows.
 constexpr std::int64_t kReservedConnections = 16;
 
+std::filesystem::path webRoot(const ServerOptions& options) {
+  return options.web_root.empty() ? defaultWebRoot() : options.web_root;
+}
+
 ServerState makeState(const ServerOptions& options, const ListenAddress& address) {
-  const auto web_root = options.web_root.empty() ? defaultWebRoot() : options.web_root;
+  const auto web_root = webRoot(options);
   ServerState state{.options = options,
                     .rules = {.loopback = address.loopback,
                               .tls = !options.tls_cert.empty(),
@@ -326,6 +330,14 @@ void Server::Parts::logStatus() const {
       "{} bytes on the device, {} losses of it",
       state.counts.connections.now, state.counts.sessions.now, state.room.requests(), render.jobs,
       state.counters.frames.drawn, state.counters.sent_bytes, render.memory_used_bytes, render.losses);
+}
+
+void judgeOptions(const ServerOptions& options) {
+  listenAddress(options);
+  if (!options.token_file.empty()) readToken(options.token_file);
+  loadTls(options);
+  volumeFiles(options);
+  loadStaticPages(webRoot(options));
 }
 
 Server::Server(const ServerOptions& options, RendererFactory factory)

@@ -12,6 +12,10 @@
 
 namespace blockwalk {
 
+// Throws UsageError for what the constructor would refuse of the options, at once: before a driver is set up, which may
+// take seconds. Nothing is kept of the files that it reads.
+void judgeOptions(const ServerOptions& options);
+
 class Server {
  public:
   // Listens at once; volumes load afterwards. Throws UsageError for the options, std::system_error when the address

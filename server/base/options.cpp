@@ -17,6 +17,8 @@ namespace {
 using Options = ServerOptions;
 
 constexpr std::size_t kMinTokenCharacters = 16;
+constexpr std::int64_t kMinBudget = std::int64_t{1} << 20;  // a small picture of a small volume
+constexpr std::int64_t kMaxBudget = std::int64_t{1} << 60;
 
 const std::array kOptions = {
     ServerOption{"listen", "HOST:PORT", "address to listen at; port 0 takes a free one", &Options::listen},
@@ -29,7 +31,7 @@ const std::array kOptions = {
     ServerOption{"web-root", "DIR", "the page's files (default: beside the executable)", &Options::web_root},
     ServerOption{"device", "NAME", "part of a device's name, or its index", &Options::device},
     ServerOption{"memory-budget", "SIZE", "of device memory, as 2GiB, 512MiB or bytes (default: what the device says)",
-                 &Options::memory_budget},
+                 &Options::memory_budget, kMinBudget, kMaxBudget},
     ServerOption{"no-ray-query", "", "hide ray queries, so that the grid serves everything", &Options::no_ray_query},
     ServerOption{"validation", "", "Vulkan validation, logged", &Options::validation},
     ServerOption{"header-time", "SECONDS", "for a request's header", &Options::header_time, 1, 3600},
@@ -56,29 +58,38 @@ const std::array kOptions = {
     ServerOption{"encode-threads", "N", "threads that encode images", &Options::encode_threads, 1, 64},
 };
 
-std::int64_t parseCount(const ServerOption& option, std::string_view text) {
+constexpr std::array<std::pair<std::string_view, int>, 5> kUnits = {
+    {{"", 0}, {"KiB", 10}, {"MiB", 20}, {"GiB", 30}, {"TiB", 40}}};
+
+// `name` is the option as a message names it: --NAME, or the configuration's member.
+std::int64_t parseCount(std::string_view name, const ServerOption& option, std::string_view text) {
   std::int64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size() || value < option.lo || value > option.hi) {
     throw UsageError(
-        fmt::format("--{}: must be a whole number from {} to {}, not '{}'", option.name, option.lo, option.hi, text));
+        fmt::format("{}: must be a whole number from {} to {}, not '{}'", name, option.lo, option.hi, text));
   }
   return value;
 }
 
+// In the largest unit that divides it.
+std::string sizeText(std::int64_t bytes) {
+  auto unit = kUnits.rbegin();
+  while (bytes % (std::int64_t{1} << unit->second) != 0) ++unit;
+  return fmt::format("{}{}", bytes >> unit->second, unit->first);
+}
+
 // Bytes, or a number of KiB, MiB, GiB or TiB.
-std::uint64_t parseSize(const ServerOption& option, std::string_view text) {
-  static constexpr std::array<std::pair<std::string_view, int>, 5> kUnits = {
-      {{"", 0}, {"KiB", 10}, {"MiB", 20}, {"GiB", 30}, {"TiB", 40}}};
+std::uint64_t parseSize(std::string_view name, const ServerOption& option, std::string_view text) {
   std::uint64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const std::string_view unit = text.substr(static_cast<std::size_t>(end - text.data()));
-  for (const auto& [name, shift] : kUnits) {
-    if (error != std::errc() || unit != name || value == 0 || value > (std::uint64_t{1} << 60) >> shift) continue;
-    return value << shift;
+  for (const auto& [known, shift] : kUnits) {
+    if (error != std::errc() || unit != known || value > static_cast<std::uint64_t>(option.hi) >> shift) continue;
+    if (value << shift >= static_cast<std::uint64_t>(option.lo)) return value << shift;
   }
-  throw UsageError(
-      fmt::format("--{}: must be bytes, or a whole number of KiB, MiB, GiB or TiB, not '{}'", option.name, text));
+  throw UsageError(fmt::format("{}: must be bytes, or a whole number of KiB, MiB, GiB or TiB, from {} to {}, not '{}'",
+                               name, sizeText(option.lo), sizeText(option.hi), text));
 }
 
 const ServerOption* findOption(std::string_view name) {
@@ -86,15 +97,17 @@ const ServerOption* findOption(std::string_view name) {
   return found == kOptions.end() ? nullptr : &*found;
 }
 
-void setOption(Options& options, const ServerOption& option, const std::string& text) {
+void setOption(Options& options, std::string_view name, const ServerOption& option, const std::string& text) {
   if (const auto* string = std::get_if<std::string Options::*>(&option.member)) {
     options.** string = text;
   } else if (const auto* path = std::get_if<std::filesystem::path Options::*>(&option.member)) {
+    // None would be taken for an option that is not given: for no token, say.
+    if (text.empty()) throw UsageError(fmt::format("{}: must name a {}, not ''", name, option.value));
     options.** path = text;
   } else if (const auto* count = std::get_if<std::int64_t Options::*>(&option.member)) {
-    options.** count = parseCount(option, text);
+    options.** count = parseCount(name, option, text);
   } else if (const auto* size = std::get_if<std::uint64_t Options::*>(&option.member)) {
-    options.** size = parseSize(option, text);
+    options.** size = parseSize(name, option, text);
   } else {
     options.*std::get<bool Options::*>(option.member) = true;
   }
@@ -107,31 +120,57 @@ std::string defaultText(const ServerOption& option) {
   return "";
 }
 
+// As it stands in the file, shortened.
+std::string shortText(const nlohmann::json& value) {
+  constexpr std::size_t kShown = 40;
+  const std::string text = writeJson(value);
+  return text.size() <= kShown ? text : text.substr(0, kShown) + "...";
+}
+
+void readFiles(Options& options, std::string_view name, const nlohmann::json& value) {
+  const bool are_files = value.is_array() && std::all_of(value.begin(), value.end(), [](const nlohmann::json& file) {
+                           return file.is_string() && !file.get_ref<const std::string&>().empty();
+                         });
+  if (!are_files) throw UsageError(fmt::format("{}: must be an array of files' names, not {}", name, shortText(value)));
+  for (const auto& file : value) options.files.emplace_back(file.get<std::string>());
+}
+
+void readMember(Options& options, std::string_view name, const ServerOption& option, const nlohmann::json& value) {
+  const bool is_switch = option.value.empty();
+  const bool is_text = value.is_string() && !is_switch;
+  const bool is_count = std::holds_alternative<std::int64_t Options::*>(option.member);
+  const bool is_size = std::holds_alternative<std::uint64_t Options::*>(option.member);
+  const bool is_number = value.is_number_integer() && (is_count || is_size);
+  if (!(is_switch && value.is_boolean()) && !is_text && !is_number) {
+    const char* form = is_switch  ? "true or false"
+                       : is_count ? "a whole number"
+                       : is_size  ? "a number of bytes, or a string"
+                                  : "a string";
+    throw UsageError(fmt::format("{}: must be {}, not {}", name, form, shortText(value)));
+  }
+  if (is_switch && !value.get<bool>()) return;
+  setOption(options, name, option, value.is_string() ? value.get<std::string>() : value.dump());
+}
+
 void readConfiguration(Options& options, const std::filesystem::path& path) {
+  const std::string file = fmt::format("--config '{}'", path.string());
   nlohmann::json object;
   try {
     object = parseJson(readSmallFile("config", path));
   } catch (const JsonError& error) {
-    throw UsageError(fmt::format("--config: '{}': {}", path.string(), error.what()));
+    throw UsageError(fmt::format("{}: {}", file, error.what()));
   }
   const JsonEnd end(object);
-  if (!object.is_object()) throw UsageError(fmt::format("--config: '{}' must hold a JSON object", path.string()));
-  for (const auto& [name, value] : object.items()) {
-    if (name == "files" && value.is_array()) {
-      for (const auto& file : value) {
-        if (!file.is_string()) throw UsageError("--config: 'files' must be an array of strings");
-        options.files.emplace_back(file.get<std::string>());
-      }
-      continue;
+  if (!object.is_object()) throw UsageError(fmt::format("{}: must hold a JSON object", file));
+  for (const auto& [member, value] : object.items()) {
+    const std::string name = fmt::format("{}: {:.60}", file, member);
+    if (member == "files") {
+      readFiles(options, name, value);
+    } else if (const ServerOption* option = findOption(member); option != nullptr) {
+      readMember(options, name, *option, value);
+    } else {
+      throw UsageError(fmt::format("{}: is no option; --help lists them", name));
     }
-    const ServerOption* option = findOption(name);
-    if (option == nullptr) throw UsageError(fmt::format("--config: '{}' is no option", name));
-    const bool is_switch = option->value.empty();
-    if (is_switch != value.is_boolean() || (!is_switch && !value.is_string() && !value.is_number_integer())) {
-      throw UsageError(fmt::format("--config: '{}' has the wrong type", name));
-    }
-    if (is_switch && !value.get<bool>()) continue;
-    setOption(options, *option, value.is_string() ? value.get<std::string>() : value.dump());
   }
 }
 
@@ -147,6 +186,7 @@ CommandLine readCommandLine(const std::vector<std::string>& arguments) {
   std::set<std::string> seen;
   for (std::size_t i = 0; i < arguments.size(); ++i) {
     const std::string& argument = arguments[i];
+    if (argument.empty()) throw UsageError("FILE: must name a file, not ''");
     if (!argument.starts_with("--")) {
       if (argument.starts_with("-")) throw UsageError(fmt::format("{}: unknown option; --help lists them", argument));
       line.files.emplace_back(argument);
@@ -169,6 +209,7 @@ CommandLine readCommandLine(const std::vector<std::string>& arguments) {
       text = arguments[i];
     }
     if (option == nullptr) {
+      if (text.empty()) throw UsageError("--config: must name a FILE, not ''");
       line.configuration = text;
     } else {
       line.options.emplace_back(option, std::move(text));
@@ -198,7 +239,7 @@ ServerOptions parseServerOptions(const std::vector<std::string>& arguments) {
   CommandLine line = readCommandLine(arguments);
   Options options;
   if (!line.configuration.empty()) readConfiguration(options, line.configuration);
-  for (const auto& [option, text] : line.options) setOption(options, *option, text);
+  for (const auto& [option, text] : line.options) setOption(options, fmt::format("--{}", option->name), *option, text);
   if (!line.files.empty()) options.files = std::move(line.files);
   return options;
 }
@@ -209,7 +250,8 @@ ListenAddress listenAddress(const ServerOptions& options) {
   if (colon == std::string::npos) throw UsageError(fmt::format("--listen: must be HOST:PORT, not '{}'", text));
   std::string host = text.substr(0, colon);
   const ServerOption port_option{"listen", "", "", &Options::listen, 0, 65535};
-  const auto port = static_cast<std::uint16_t>(parseCount(port_option, std::string_view(text).substr(colon + 1)));
+  const auto port =
+      static_cast<std::uint16_t>(parseCount("--listen: port", port_option, std::string_view(text).substr(colon + 1)));
   if (host.size() > 2 && host.front() == '[' && host.back() == ']') host = host.substr(1, host.size() - 2);
   if (host == "localhost") host = "127.0.0.1";
   boost::system::error_code error;

@@ -53,8 +53,7 @@ struct ServerOption {
   std::string_view value;  // how to write it; empty: a switch
   std::string_view help;
   OptionMember member;
-  std::int64_t lo =
-      0;  // whole numbers: bounds, inclusive; of uint64_t members, which are sizes, they are not looked at
+  std::int64_t lo = 0;  // whole numbers, and sizes in bytes: bounds, inclusive
   std::int64_t hi = 0;
 };
 
@@ -67,7 +66,8 @@ std::span<const ServerOption> serverOptions();
 std::string serverHelp();
 
 // `arguments` without the program's name. `--config FILE` is read first; what stands on the command line wins.
-// Throws UsageError: an unknown or repeated option, or a value out of bounds.
+// Throws UsageError: an unknown or repeated option, or a value out of bounds; of the configuration it names the file
+// and the member.
 ServerOptions parseServerOptions(const std::vector<std::string>& arguments);
 
 struct ListenAddress {

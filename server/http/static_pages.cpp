@@ -7,6 +7,8 @@
 #include <fstream>
 #include <iterator>
 
+#include "server/options.h"
+
 namespace blockwalk {
 namespace {
 
@@ -48,10 +50,12 @@ StaticPages loadStaticPages(const std::filesystem::path& folder) {
   for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
     if (!entry.is_regular_file()) continue;
     total += entry.file_size();
-    if (total > kMaxPageBytes) failData("web root '{}': more than {} bytes", folder.string(), kMaxPageBytes);
+    if (total > kMaxPageBytes) {
+      throw UsageError(fmt::format("--web-root: '{}' holds more than {} bytes", folder.string(), kMaxPageBytes));
+    }
     std::ifstream file(entry.path(), std::ios::binary);
     const std::string content(std::istreambuf_iterator<char>(file), {});
-    if (!file) failData("web root: cannot read '{}'", entry.path().string());
+    if (!file) throw UsageError(fmt::format("--web-root: cannot read '{}'", entry.path().string()));
     const std::string path = fmt::format("/{}", std::filesystem::relative(entry.path(), folder).generic_string());
     const StaticPage page{.type = std::string(typeOf(entry.path())),
                           .etag = fmt::format("\"{}\"", contentTag(content)),

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 
@@ -22,16 +23,28 @@ bool waitReady(std::uint16_t port) {
 }
 
 TEST_F(Daemon, WrongUsageExitsWith2) {
+  const std::string no_pem = (scratchFolder() / "no.pem").string();
+  std::ofstream(no_pem) << "no certificate";
+  const auto large = scratchFolder() / "large-pages";
+  std::filesystem::create_directories(large);
+  std::ofstream(large / "page") << "x";
+  std::filesystem::resize_file(large / "page", (std::uintmax_t{64} << 20) + 1);
   const std::vector<std::pair<std::vector<std::string>, std::string>> wrong = {
       {{"--nonsense"}, "--nonsense"},
       {{"--listen", "0.0.0.0:0"}, "--token-file"},
       {{"--volumes", "/nonexistent"}, "--volumes"},
       {{"--tls-cert", "x"}, "--tls-key"},
+      {{"--token-file", "/nonexistent"}, "--token-file"},
+      {{"--memory-budget", "1"}, "--memory-budget"},
+      {{"--tls-cert", no_pem, "--tls-key", no_pem}, "--tls-cert"},
+      {{"--web-root", large.string()}, "--web-root"},
   };
   for (const auto& [arguments, says] : wrong) {
     DaemonProcess daemon(arguments);
     EXPECT_EQ(daemon.wait(), 2);
+    EXPECT_THAT(daemon.seen(), testing::StartsWith("blockwalkd: --"));
     EXPECT_THAT(daemon.seen(), testing::HasSubstr(says));
+    EXPECT_EQ(std::ranges::count(daemon.seen(), '\n'), 1) << "before a driver is set up: " << daemon.seen();
   }
 }
 

@@ -27,6 +27,16 @@ std::filesystem::path writeFile(const std::string& name, const std::string& text
   return path;
 }
 
+// What it says; empty where nothing is refused.
+std::string refusalOf(const Arguments& arguments) {
+  try {
+    parseServerOptions(arguments);
+    return {};
+  } catch (const UsageError& error) {
+    return error.what();
+  }
+}
+
 TEST(Options, FlagsFilesAndDefaults) {
   const auto options =
       parseServerOptions({"--listen", "127.0.0.1:99", "a.bwv", "--no-ray-query", "--idle-time=5", "b.bwv"});
@@ -41,8 +51,14 @@ TEST(Options, SizesHaveUnits) {
   EXPECT_EQ(parseServerOptions({}).memory_budget, 0u);
   EXPECT_EQ(parseServerOptions({"--memory-budget", "2GiB"}).memory_budget, std::uint64_t{2} << 30);
   EXPECT_EQ(parseServerOptions({"--memory-budget", "1500000"}).memory_budget, 1500000u);
-  for (const char* wrong : {"", "0", "2GB", "-1", "1.5GiB", "GiB", "2 GiB", "99999999999TiB", "18446744073709551616"}) {
-    EXPECT_THROW(parseServerOptions({"--memory-budget", wrong}), UsageError) << wrong;
+  EXPECT_EQ(parseServerOptions({"--memory-budget", "1MiB"}).memory_budget, std::uint64_t{1} << 20);
+  EXPECT_EQ(parseServerOptions({"--memory-budget", "1048576TiB"}).memory_budget, std::uint64_t{1} << 60);
+  for (const char* wrong : {"", "0", "1", "1023KiB", "2GB", "-1", "1.5GiB", "GiB", "2 GiB", "1048577TiB",
+                            "99999999999TiB", "18446744073709551616"}) {
+    EXPECT_THAT(refusalOf({"--memory-budget", wrong}),
+                testing::AllOf(testing::StartsWith("--memory-budget: must be bytes"),
+                               testing::HasSubstr("from 1MiB to 1048576TiB"),
+                               testing::EndsWith(fmt::format("not '{}'", wrong))));
   }
 }
 
@@ -87,6 +103,45 @@ TEST(Options, WrongUsageNamesTheOption) {
       EXPECT_THAT(error.what(), testing::HasSubstr(name));
     }
   }
+}
+
+TEST(Options, TheConfigurationIsNamedWithTheMemberAndWhatIsExpected) {
+  const std::vector<std::tuple<std::string, std::string, std::string>> wrong = {
+      {R"({"files":3})", "files", "must be an array of files' names, not 3"},
+      {R"({"files":"a.bwv"})", "files", R"(must be an array of files' names, not "a.bwv")"},
+      {R"({"files":["a.bwv",4]})", "files", "must be an array of files' names"},
+      {R"({"files":[""]})", "files", "must be an array of files' names"},
+      {R"({"lisen":"x"})", "lisen", "is no option"},
+      {R"({"config":"x"})", "config", "is no option"},
+      {R"({"idle-time":0})", "idle-time", "must be a whole number from 1 to 86400, not '0'"},
+      {R"({"idle-time":"x"})", "idle-time", "must be a whole number from 1 to 86400, not 'x'"},
+      {R"({"idle-time":1.5})", "idle-time", "must be a whole number, not 1.5"},
+      {R"({"idle-time":null})", "idle-time", "must be a whole number, not null"},
+      {R"({"listen":5})", "listen", "must be a string, not 5"},
+      {R"({"token-file":""})", "token-file", "must name a FILE, not ''"},
+      {R"({"validation":"yes"})", "validation", R"(must be true or false, not "yes")"},
+      {R"({"memory-budget":1})", "memory-budget", "from 1MiB"},
+      {R"({"memory-budget":[1]})", "memory-budget", "must be a number of bytes, or a string, not [1]"},
+  };
+  for (const auto& [text, member, expected] : wrong) {
+    const auto path = writeFile("wrong.json", text);
+    EXPECT_THAT(refusalOf({"--config", path.string()}),
+                testing::AllOf(testing::StartsWith(fmt::format("--config '{}': {}: ", path.string(), member)),
+                               testing::HasSubstr(expected)));
+  }
+  for (const char* text : {"[]", "3", "{", ""}) {
+    const auto path = writeFile("wrong.json", text);
+    EXPECT_THAT(refusalOf({"--config", path.string()}),
+                testing::StartsWith(fmt::format("--config '{}': ", path.string())));
+  }
+}
+
+// "$TOKEN_FILE" that is not set must not be a server without a token.
+TEST(Options, AnEmptyNameIsRefused) {
+  for (const char* flag : {"--config", "--token-file", "--volumes", "--web-root", "--tls-cert", "--tls-key"}) {
+    EXPECT_THAT(refusalOf({flag, ""}), testing::StartsWith(fmt::format("{}: must name a", flag)));
+  }
+  EXPECT_THAT(refusalOf({""}), testing::HasSubstr("must name a file"));
 }
 
 TEST(Options, AddressesBeyondLoopbackNeedAToken) {

@@ -15,9 +15,11 @@
 #include <boost/beast/websocket/ssl.hpp>
 #include <cstdio>
 #include <fstream>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "server/http/tls.h"
 #include "tests/server/running_server.h"
 
 namespace blockwalk {
@@ -59,6 +61,24 @@ CertificateFiles makeCertificate(int serial = 1) {
   write(files.key,
         [&](std::FILE* file) { return PEM_write_PrivateKey(file, key.get(), nullptr, nullptr, 0, nullptr, nullptr); });
   return files;
+}
+
+std::string readAll(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+std::filesystem::path encryptedKey() {
+  const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(EVP_EC_gen("P-256"), EVP_PKEY_free);
+  const auto path = scratchFolder() / "encrypted.pem";
+  const auto close = [](std::FILE* file) { std::fclose(file); };
+  const std::unique_ptr<std::FILE, decltype(close)> file(std::fopen(path.c_str(), "w"), close);
+  const std::string passphrase = "passphrase";
+  EXPECT_EQ(PEM_write_PrivateKey(file.get(), key.get(), EVP_aes_256_cbc(),
+                                 reinterpret_cast<const unsigned char*>(passphrase.data()),
+                                 static_cast<int>(passphrase.size()), nullptr, nullptr),
+            1);
+  return path;
 }
 
 ServerOptions tlsOptions() {
@@ -215,14 +235,43 @@ TEST(TlsReload, TakesTheNewCertificateAndABrokenOneLeavesTheOld) {
   EXPECT_EQ(response.result_int(), 200u) << "what is open stays open";
 }
 
-TEST(TlsOptions, KeyThatIsNoneIsRefusedByName) {
-  ServerOptions options = tlsOptions();
-  options.tls_key = options.tls_cert;
-  try {
-    RunningServer server(options, false);
-    FAIL() << "a certificate was taken for a key";
-  } catch (const DataError& error) {
-    EXPECT_THAT(error.what(), ::testing::HasSubstr("--tls-key"));
+TEST(TlsOptions, WhatIsNoneIsRefusedByNameAndInWords) {
+  const ServerOptions good = tlsOptions();
+  const auto write = [](const char* name, const std::string& text) {
+    const auto path = scratchFolder() / name;
+    std::ofstream(path) << text;
+    return path;
+  };
+  const std::string key = readAll(good.tls_key);
+  makeCertificate(2);  // another key under the same name
+  const std::string other_key = readAll(good.tls_key);
+  const auto kept_key = write("kept-key.pem", other_key);
+  struct Case {
+    std::filesystem::path certificate;
+    std::filesystem::path key;
+    const char* flag;
+    const char* says;
+  };
+  const Case cases[] = {
+      {write("text.pem", "no certificate"), kept_key, "--tls-cert", "no certificate in PEM"},
+      {write("empty.pem", ""), kept_key, "--tls-cert", "no certificate in PEM"},
+      {kept_key, kept_key, "--tls-cert", "no certificate in PEM"},
+      {good.tls_cert, write("text-key.pem", "no key"), "--tls-key", "no private key in PEM"},
+      {good.tls_cert, good.tls_cert, "--tls-key", "no private key in PEM"},
+      {good.tls_cert, write("old-key.pem", key), "--tls-key", "not the key of the certificate"},
+      {good.tls_cert, encryptedKey(), "--tls-key", "passphrase"},
+  };
+  for (const Case& wrong : cases) {
+    const bool is_key = std::string_view(wrong.flag) == "--tls-key";
+    try {
+      loadTls({.tls_cert = wrong.certificate, .tls_key = wrong.key});
+      ADD_FAILURE() << wrong.says;
+    } catch (const UsageError& error) {
+      EXPECT_THAT(error.what(),
+                  ::testing::AllOf(::testing::StartsWith(wrong.flag), ::testing::HasSubstr(wrong.says),
+                                   ::testing::HasSubstr((is_key ? wrong.key : wrong.certificate).string()),
+                                   ::testing::Not(::testing::HasSubstr(" lib"))));
+    }
   }
 }
 
