@@ -173,7 +173,13 @@ RouteResult answerDevice(const Asked& asked) {
 
 RouteResult answerVolume(const Asked& asked) {
   const CatalogEntry& entry = asked.volume();
-  if (entry.state == VolumeState::ready) return jsonTextReply(asked.request, 200, entry.served->document);
+  if (entry.state == VolumeState::ready && entry.warning.empty()) {
+    return jsonTextReply(asked.request, 200, entry.served->document);
+  }
+  if (entry.state == VolumeState::ready) {
+    const std::string members = entry.served->document.substr(1);  // an object's, without its bracket
+    return jsonTextReply(asked.request, 200, fmt::format(R"({{"warning":{},{})", writeJson(entry.warning), members));
+  }
   nlohmann::json document = {{"id", entry.id}, {"state", volumeStateName(entry.state)}};
   if (entry.state == VolumeState::failed) document["error"] = entry.error;
   return jsonReply(asked.request, 200, std::move(document));

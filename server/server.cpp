@@ -13,6 +13,7 @@
 #include <cstdlib>
 #include <list>
 
+#include "server/base/reason.h"
 #include "server/base/signal.h"
 #include "server/connection.h"
 #include "server/http/problem.h"
@@ -176,7 +177,7 @@ asio::awaitable<void> Server::Parts::runLoop(Loop& loop) {
 void Server::Parts::spawnLoop(Loop& loop) {
   asio::co_spawn(io, runLoop(loop), [this](std::exception_ptr thrown) {
     if (!thrown) return;
-    spdlog::error("a loop ended and is begun anew: {}", problemOf(thrown).detail);
+    spdlog::error("a loop ended and is begun anew: {}", reasonOf(thrown));
     keepRunning();
   });
 }
@@ -259,7 +260,7 @@ asio::awaitable<std::string> Server::Parts::acceptOne() {
     if (!evicted && open >= state.options.max_connections + kReservedConnections) co_return std::string();
   }
   asio::co_spawn(io, serveConnection(std::move(socket), services), [](std::exception_ptr thrown) {
-    if (thrown) spdlog::error("connection ended: {}", problemOf(thrown).detail);
+    if (thrown) spdlog::error("connection ended: {}", reasonOf(thrown));
   });
   co_return std::string();
 }
@@ -311,12 +312,12 @@ asio::awaitable<void> Server::Parts::reload() {
   const std::exception_ptr tls_error = secrets.error ? secrets.error : secrets.tls_error;
   const std::exception_ptr token_error = secrets.error ? secrets.error : secrets.token_error;
   if (tls_error) {
-    spdlog::error("the certificate of before stays: {}", problemOf(tls_error).detail);
+    spdlog::error("reload refused, the certificate of before stays: {}", reasonOf(tls_error));
   } else {
     services.tls = secrets.tls;
   }
   if (token_error) {
-    spdlog::error("the token of before stays: {}", problemOf(token_error).detail);
+    spdlog::error("reload refused, the token of before stays: {}", reasonOf(token_error));
   } else {
     state.rules.token = secrets.token;
   }
@@ -380,7 +381,7 @@ void Server::drain() {
 
 void Server::reload() {
   asio::co_spawn(parts_->io, parts_->reload(), [](std::exception_ptr thrown) {
-    if (thrown) spdlog::error("reloading failed: {}", problemOf(thrown).detail);
+    if (thrown) spdlog::error("reload failed: {}", reasonOf(thrown));
   });
 }
 

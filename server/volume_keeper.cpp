@@ -6,27 +6,29 @@
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
+#include <cerrno>
 #include <optional>
+#include <system_error>
 #include <utility>
 
 #include "protocol/json_text.h"
 #include "protocol/volume_json.h"
+#include "server/base/reason.h"
 #include "server/render/await_result.h"
 
 namespace blockwalk {
 namespace {
 
-// Empty when the file cannot be looked at.
-std::string fileIdentity(const std::filesystem::path& file) {
+FileLook lookAt(const std::filesystem::path& file) {
   struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return {};
-  return fmt::format("{}|{}|{}|{}|{}.{:09}", file.string(), status.st_dev, status.st_ino, status.st_size,
-                     status.st_mtim.tv_sec, status.st_mtim.tv_nsec);
+  if (::stat(file.c_str(), &status) != 0) return {.missing = std::generic_category().message(errno)};
+  return {.identity = fmt::format("{}|{}|{}|{}|{}.{:09}", file.string(), status.st_dev, status.st_ino, status.st_size,
+                                  status.st_mtim.tv_sec, status.st_mtim.tv_nsec)};
 }
 
 struct OpenResult {
   std::optional<VolumeFile> file;
-  std::string identity;
+  FileLook look;
   std::shared_ptr<const VolumeInfo> info;
   std::string document;
   nlohmann::json summary;
@@ -37,7 +39,7 @@ struct OpenResult {
 OpenResult openFile(const std::filesystem::path& path, const std::string& id) noexcept {
   OpenResult result;
   try {
-    result.identity = fileIdentity(path);
+    result.look = lookAt(path);
     result.file.emplace(path);
     result.info = std::make_shared<const VolumeInfo>(result.file->info());
     nlohmann::json document = volumeJson(*result.info, result.file->fileBytes());
@@ -54,28 +56,11 @@ OpenResult openFile(const std::filesystem::path& path, const std::string& id) no
   return result;
 }
 
-struct IdentityResult {
-  std::string identity;
-  std::exception_ptr error;
-};
-
-IdentityResult lookAtFile(const std::filesystem::path& path) noexcept {
-  IdentityResult result;
+FileLook lookAtFile(const std::filesystem::path& path) noexcept {
   try {
-    result.identity = fileIdentity(path);
+    return lookAt(path);
   } catch (...) {
-    result.error = std::current_exception();
-  }
-  return result;
-}
-
-std::string reasonOf(const std::exception_ptr& error, const std::filesystem::path& file) {
-  try {
-    std::rethrow_exception(error);
-  } catch (const std::bad_alloc&) {
-    return "the server is out of memory";
-  } catch (const std::exception& thrown) {
-    return withoutFolder(thrown.what(), file);
+    return {.error = std::current_exception()};
   }
 }
 
@@ -108,22 +93,23 @@ asio::awaitable<bool> VolumeKeeper::load() {
                [answer = std::move(answer), file = entry().file, id = entry().id] { answer(openFile(file, id)); });
   };
   OpenResult opened = co_await awaitResult<OpenResult>(services_.mailbox, open);
-  tried_identity_ = opened.identity;
+  tried_identity_ = opened.look.identity;
+  if (noteWhetherThere(opened.look)) co_return false;
   if (opened.error) {
-    fail(reasonOf(opened.error, entry().file));
+    fail(withoutFolder(reasonOf(opened.error), entry().file));
     co_return false;
   }
   // The same content keeps its number, so that streams go on with it.
   std::shared_ptr<const ServedVolume> old = entry().served;
   std::shared_ptr<const ServedVolume> served = old;
-  if (old == nullptr || old->identity != opened.identity) {
+  if (old == nullptr || old->identity != opened.look.identity) {
     const VolumeId number = ++services_.last_number;
     const std::shared_ptr<void> residence(
         nullptr, [renderer = &services_.renderer, number](void*) { renderer->unload(number); });
     served = std::make_shared<const ServedVolume>(ServedVolume{.id = entry().id,
                                                                .number = number,
                                                                .info = std::move(opened.info),
-                                                               .identity = std::move(opened.identity),
+                                                               .identity = std::move(opened.look.identity),
                                                                .document = std::move(opened.document),
                                                                .summary = std::move(opened.summary),
                                                                .residence = residence});
@@ -133,7 +119,7 @@ asio::awaitable<bool> VolumeKeeper::load() {
   };
   const RenderResult loaded = co_await awaitResult<RenderResult>(services_.mailbox, load);
   if (loaded.error) {
-    fail(reasonOf(loaded.error, entry().file));
+    fail(withoutFolder(reasonOf(loaded.error), entry().file));
     co_return false;
   }
   services_.catalog.setReady(index_, served);
@@ -167,8 +153,9 @@ asio::awaitable<void> VolumeKeeper::watch(bool loaded) {
     if (try_now || now >= next_try) co_return;
     if (now < next_look) continue;
     next_look = now + kWatchTime;
-    const std::string identity = co_await currentIdentity();
-    if (identity.empty() || identity == tried_identity_) continue;
+    const FileLook look = co_await lookNow();
+    noteWhetherThere(look);
+    if (look.identity.empty() || look.identity == tried_identity_) continue;
     spdlog::info("volume {}: the file changed", entry().id);
     pause_ = kFirstPause;
     co_return;
@@ -179,22 +166,47 @@ std::chrono::milliseconds VolumeKeeper::nextPause() {
   return std::exchange(pause_, std::min(2 * pause_, kLongestPause));
 }
 
-asio::awaitable<std::string> VolumeKeeper::currentIdentity() {
-  const auto look = [this](Answer<IdentityResult> answer) {
+asio::awaitable<FileLook> VolumeKeeper::lookNow() {
+  const auto look = [this](Answer<FileLook> answer) {
     asio::post(services_.loaders, [answer = std::move(answer), file = entry().file] { answer(lookAtFile(file)); });
   };
-  IdentityResult result = co_await awaitResult<IdentityResult>(services_.mailbox, look);
-  co_return result.identity;
+  co_return co_await awaitResult<FileLook>(services_.mailbox, look);
+}
+
+bool VolumeKeeper::isServedOn() const {
+  const auto& served = entry().served;
+  return served != nullptr && services_.renderer.hold(served->number).first == VolumeHold::resident;
+}
+
+bool VolumeKeeper::noteWhetherThere(const FileLook& look) {
+  if (look.missing.empty()) {
+    if (look.error == nullptr && std::exchange(is_gone_, false)) {
+      spdlog::info("volume {}: the file is back", entry().id);
+      services_.catalog.setWarning(index_, {});
+    }
+    return false;
+  }
+  if (!isServedOn()) return false;
+  is_gone_ = true;
+  warn(fmt::format("the file is gone, what is on the device is served on: {}", look.missing));
+  return true;
+}
+
+// Once, not with each look and each try.
+void VolumeKeeper::warn(const std::string& warning) {
+  if (entry().warning == warning) return;
+  spdlog::warn("volume {}: {}", entry().id, warning);
+  services_.catalog.setWarning(index_, warning);
 }
 
 // What is still on the device is served on, until that breaks too.
 void VolumeKeeper::fail(const std::string& reason) {
-  const auto& served = entry().served;
-  if (served != nullptr && services_.renderer.hold(served->number).first == VolumeHold::resident) {
-    spdlog::warn("volume {}: the old content is served on: {}", entry().id, reason);
+  if (isServedOn()) {
+    warn(fmt::format("replacement refused, the old content is served on: {}", reason));
     return;
   }
   spdlog::error("volume {}: {}", entry().id, reason);
+  const auto& served = entry().served;
   if (served != nullptr) services_.renderer.giveUp(served->number, reason);
   services_.catalog.setFailed(index_, reason);
 }

@@ -8,6 +8,7 @@
 #include <boost/asio/thread_pool.hpp>
 #include <chrono>
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <memory>
 #include <string>
@@ -27,6 +28,13 @@ struct KeeperServices {
   asio::thread_pool& loaders;
   VolumeId last_number = 0;
   std::function<void(const ServedVolume& old)> on_replaced = {};
+};
+
+// A file as it is now.
+struct FileLook {
+  std::string identity = {};      // changes when the file does; empty: it could not be looked at
+  std::string missing = {};       // why it is not there; empty: it is, or nobody knows
+  std::exception_ptr error = {};  // looking failed
 };
 
 class VolumeKeeper {
@@ -51,7 +59,12 @@ class VolumeKeeper {
   asio::awaitable<bool> load();
   asio::awaitable<void> watch(bool loaded);
   std::chrono::milliseconds nextPause();
-  asio::awaitable<std::string> currentIdentity();
+  asio::awaitable<FileLook> lookNow();
+  // Whether there is something of it on the device that serves, whatever the file is.
+  bool isServedOn() const;
+  // Tells once that the file is gone, and that it is back. True when it is gone and what is on the device is served on.
+  bool noteWhetherThere(const FileLook& look);
+  void warn(const std::string& warning);
   void fail(const std::string& reason);
   const CatalogEntry& entry() const { return services_.catalog.at(index_); }
 
@@ -61,6 +74,7 @@ class VolumeKeeper {
   std::string tried_identity_;  // of the file when it was opened last; empty: it could not be
   std::chrono::milliseconds pause_ = kFirstPause;
   bool try_now_ = false;
+  bool is_gone_ = false;  // the file, while its content is served on
 };
 
 }  // namespace blockwalk

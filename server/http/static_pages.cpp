@@ -7,7 +7,7 @@
 #include <fstream>
 #include <iterator>
 
-#include "server/options.h"
+#include "server/base/options.h"
 
 namespace blockwalk {
 namespace {

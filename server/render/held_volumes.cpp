@@ -90,6 +90,7 @@ std::exception_ptr RenderThread::breakVolume(VolumeId id, const char* reason) no
   dropFrames([&](const Queue::Entry& entry) { return entry.job.order.volume == id && &entry != running_; });
   std::unique_ptr<ResidentVolume> dropped;
   std::exception_ptr error;
+  bool retired = false;
   {
     const std::lock_guard lock(mutex_);
     const auto held = volumes_.find(id);
@@ -102,6 +103,7 @@ std::exception_ptr RenderThread::breakVolume(VolumeId id, const char* reason) no
     }
     dropped = std::move(held->second.resident);
     held->second.hold = VolumeHold::broken;
+    retired = held->second.retired;
     try {
       held->second.reason = withoutFolder(reason, held->second.file);
       error = std::make_exception_ptr(VolumeError(held->second.reason));
@@ -110,7 +112,8 @@ std::exception_ptr RenderThread::breakVolume(VolumeId id, const char* reason) no
       error = std::current_exception();
     }
   }
-  spdlog::error("volume failed: {}", reason);
+  // What is served, or was about to be, its keeper tells of.
+  if (retired) spdlog::error("a content that was replaced cannot be read any more: {}", reason);
   mailbox_.nudge();
   return error;
 }

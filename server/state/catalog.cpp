@@ -41,7 +41,8 @@ Catalog::Catalog(const std::vector<std::filesystem::path>& files) {
     const std::string base = urlSafe(file.stem().string());
     std::string id = base;
     for (int n = 2; find(id) != nullptr; ++n) id = fmt::format("{}-{}", base, n);
-    entries_.push_back({.id = id, .file = file, .state = VolumeState::loading, .error = {}, .served = {}});
+    entries_.push_back(
+        {.id = id, .file = file, .state = VolumeState::loading, .error = {}, .warning = {}, .served = {}});
   }
 }
 
@@ -53,12 +54,14 @@ const CatalogEntry* Catalog::find(std::string_view id) const {
 void Catalog::setReady(std::size_t index, std::shared_ptr<const ServedVolume> served) {
   CatalogEntry& entry = entries_[index];
   entry.served = std::move(served);
+  entry.warning.clear();
   entry.state = VolumeState::ready;
 }
 
 void Catalog::setFailed(std::size_t index, std::string error) {
   CatalogEntry& entry = entries_[index];
   entry.error = std::move(error);
+  entry.warning.clear();
   entry.state = VolumeState::failed;
 }
 
@@ -78,6 +81,7 @@ nlohmann::json Catalog::listJson() const {
     nlohmann::json item = {{"id", entry.id}, {"name", entry.id}, {"state", volumeStateName(entry.state)}};
     if (entry.state == VolumeState::failed) item["error"] = entry.error;
     if (entry.state == VolumeState::ready) item.update(entry.served->summary);
+    if (entry.state == VolumeState::ready && !entry.warning.empty()) item["warning"] = entry.warning;
     list.push_back(std::move(item));
   }
   return {{"volumes", std::move(list)}};

@@ -34,6 +34,7 @@ struct CatalogEntry {
   std::filesystem::path file;
   VolumeState state = VolumeState::loading;
   std::string error;                           // failed: why
+  std::string warning;                         // ready: why the content that is served is not the file's; empty: it is
   std::shared_ptr<const ServedVolume> served;  // once it was ready
 };
 
@@ -49,8 +50,9 @@ class Catalog {
   void setReady(std::size_t index, std::shared_ptr<const ServedVolume> served);
   void setLoading(std::size_t index) { entries_[index].state = VolumeState::loading; }
   void setFailed(std::size_t index, std::string error);  // `error` is shown to clients
-  bool settled() const;                                  // none is loading
-  bool usable() const;                                   // one is ready, or none was named
+  void setWarning(std::size_t index, std::string warning) { entries_[index].warning = std::move(warning); }  // so is it
+  bool settled() const;  // none is loading
+  bool usable() const;   // one is ready, or none was named
 
   nlohmann::json listJson() const;  // {"volumes": [...]}
 

@@ -11,6 +11,7 @@
 #include "protocol/image_codec.h"
 #include "protocol/json_text.h"
 #include "protocol/stream_messages.h"
+#include "server/base/reason.h"
 #include "server/base/signal.h"
 #include "server/http/problem.h"
 #include "server/stream/message_rate.h"
@@ -298,9 +299,9 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
 asio::awaitable<void> StreamSession::write() { co_await outbox_.write(); }
 
 // A loop that throws takes its session with it, and nothing else: the other loops must not wait for it.
-void endLoop(StreamSession& session, std::exception_ptr thrown) {
+void endLoop(StreamSession& session, const std::exception_ptr& thrown) {
   if (!thrown) return;
-  spdlog::error("stream ended: {}", problemOf(std::move(thrown)).detail);
+  spdlog::error("stream ended: {}", reasonOf(thrown));
   session.vanish();
 }
 
@@ -308,7 +309,7 @@ void spawnLoop(const std::shared_ptr<StreamSession>& session, asio::awaitable<vo
                const asio::any_io_executor& executor) {
   asio::co_spawn(
       executor, [session, loop]() -> asio::awaitable<void> { co_await ((*session).*loop)(); },
-      [session](std::exception_ptr thrown) { endLoop(*session, std::move(thrown)); });
+      [session](const std::exception_ptr& thrown) { endLoop(*session, thrown); });
 }
 
 }  // namespace

@@ -109,7 +109,8 @@ TEST_F(Daemon, OtherSignalsDoNotEndIt) {
   ASSERT_NE(port, 0);
   std::ofstream(token_file) << "short";
   daemon.signal(SIGHUP);
-  EXPECT_TRUE(daemon.readUntil("the token of before stays"));
+  EXPECT_TRUE(daemon.readUntil("reload refused, the token of before stays: --token-file"));
+  EXPECT_THAT(daemon.seen(), testing::Not(testing::HasSubstr("request failed")));
   std::ofstream(token_file) << "fedcba9876543210";
   daemon.signal(SIGHUP);
   EXPECT_TRUE(eventually(

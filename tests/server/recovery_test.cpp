@@ -5,6 +5,7 @@
 
 #include <fstream>
 
+#include "tests/server/log_capture.h"
 #include "tests/server/running_server.h"
 #include "tests/server/stream/view_message.h"
 
@@ -242,20 +243,74 @@ TEST(Recovery, AFileThatIsReplacedIsServedAsANewContent) {
   EXPECT_EQ(message->closeCode(), 1012);
 }
 
+std::string warningOf(std::uint16_t port, std::size_t number = 0) {
+  return get(port, "/api/v1/volumes").json()["volumes"][number].value("warning", "");
+}
+
 TEST(Recovery, AReplacementThatIsNoVolumeLeavesTheOldOne) {
   const auto path = copyOf("rock", "kept.bwv");
-  RunningServer server({.files = {path}});
-  const std::string target = "/api/v1/volumes/kept/image?size=4x4";
-  const std::string etag = get(server.port(), target).fields.at("etag");
-  const auto broken = scratchFolder() / "broken-aside.bwv";
-  std::ofstream(broken) << "this is no volume";
-  std::filesystem::rename(broken, path);
-  std::this_thread::sleep_for(std::chrono::seconds(4));  // it is looked at every 2 s
-  const auto reply = get(server.port(), target + "&fov=31");
-  EXPECT_EQ(reply.status, 200);
-  EXPECT_EQ(get(server.port(), target).fields.at("etag"), etag);
-  std::filesystem::rename(copyOf("smoke", "aside2.bwv"), path);
-  EXPECT_TRUE(eventually([&] { return get(server.port(), "/api/v1/volumes/kept").json()["type"] == "f32"; }));
+  const LogCapture log;
+  {
+    RunningServer server({.files = {path}});
+    const std::string target = "/api/v1/volumes/kept/image?size=4x4";
+    const std::string etag = get(server.port(), target).fields.at("etag");
+    EXPECT_EQ(warningOf(server.port()), "");
+    const auto broken = scratchFolder() / "broken-aside.bwv";
+    std::ofstream(broken) << "this is no volume";
+    std::filesystem::rename(broken, path);
+    ASSERT_TRUE(eventually([&] { return !warningOf(server.port()).empty(); }));
+    EXPECT_THAT(warningOf(server.port()),
+                testing::AllOf(testing::StartsWith("replacement refused, the old content is served on: kept.bwv"),
+                               testing::Not(testing::HasSubstr("/"))));
+    const json volume = get(server.port(), "/api/v1/volumes/kept").json();
+    EXPECT_EQ(volume["state"], "ready");
+    EXPECT_EQ(volume["warning"], warningOf(server.port()));
+    EXPECT_EQ(get(server.port(), target + "&fov=31").status, 200);
+    EXPECT_EQ(get(server.port(), target).fields.at("etag"), etag);
+    std::filesystem::rename(copyOf("smoke", "aside2.bwv"), path);
+    EXPECT_TRUE(eventually([&] { return get(server.port(), "/api/v1/volumes/kept").json()["type"] == "f32"; }));
+    EXPECT_EQ(warningOf(server.port()), "");
+  }
+  EXPECT_EQ(log.count("replacement refused"), 1) << log.text();
+  EXPECT_EQ(log.count("failed"), 0) << "nothing did: " << log.text();
+}
+
+TEST(Recovery, AReplacementThatBreaksWhileItIsLoadedIsNoFailureOfTheOldOne) {
+  const auto path = copyOf("rock", "late.bwv");
+  const LogCapture log;
+  {
+    RunningServer server({.files = {path}});
+    server.control().failCall(Fault::data, 1);
+    std::filesystem::rename(copyOf("smoke", "aside4.bwv"), path);
+    EXPECT_TRUE(eventually([&] { return get(server.port(), "/api/v1/volumes/late").json()["type"] == "f32"; }))
+        << "at the next try";
+  }
+  EXPECT_EQ(log.count("replacement refused, the old content is served on: "), 1) << log.text();
+  EXPECT_EQ(log.count("failed"), 0) << log.text();
+}
+
+TEST(Recovery, AFileThatIsGoneIsToldOnceAndSoIsItsReturn) {
+  const std::vector<std::filesystem::path> paths = {copyOf("rock", "gone.bwv"), copyOf("smoke", "gone-too.bwv")};
+  const auto aside = scratchFolder() / "gone-aside.bwv";
+  const LogCapture log;
+  {
+    RunningServer server({.files = paths});
+    const std::uint16_t port = server.port();
+    std::filesystem::rename(paths[0], aside);
+    ASSERT_TRUE(eventually([&] { return !warningOf(port).empty(); }));
+    EXPECT_EQ(warningOf(port), "the file is gone, what is on the device is served on: No such file or directory");
+    EXPECT_EQ(get(port, "/api/v1/volumes/gone").json()["warning"], warningOf(port));
+    EXPECT_EQ(get(port, "/api/v1/volumes/gone/image?size=4x4").status, 200);
+    EXPECT_EQ(warningOf(port, 1), "");
+    std::filesystem::remove(paths[1]);
+    ASSERT_TRUE(eventually([&] { return !warningOf(port, 1).empty(); })) << "the first was looked at again meanwhile";
+    std::filesystem::rename(aside, paths[0]);
+    EXPECT_TRUE(eventually([&] { return warningOf(port).empty(); }));
+    EXPECT_FALSE(get(port, "/api/v1/volumes/gone").json().contains("warning"));
+  }
+  EXPECT_EQ(log.count("volume gone: the file is gone"), 1) << log.text();
+  EXPECT_EQ(log.count("volume gone: the file is back"), 1) << log.text();
+  EXPECT_EQ(log.count("volume gone: ready"), 1) << "it is the same content: " << log.text();
 }
 
 TEST(Recovery, AFileThatComesLaterIsServed) {
