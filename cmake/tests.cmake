@@ -63,7 +63,7 @@ if(BLOCKWALK_SANITIZE)
   # What a sanitizer is worth most on, and fast: bands, cancelling, refinement, building, every finder once, reading a
   # scene of each type. Whole parts take hours there.
   add_test(NAME renderer.fast COMMAND test_renderer "--gtest_filter=FramesTest.*:RefineTest.*:Plan.*:Specialise.*:\
-Clusters.*:Octree*:KernelInterface.*:MeshTest.NothingIs*:OutputsTest.NothingIs*:SamplesTest.Cancelling*:\
+Clusters.*:Octree*:HostWork.*:KernelInterface.*:MeshTest.NothingIs*:OutputsTest.NothingIs*:SamplesTest.Cancelling*:\
 SamplesTest.DoNot*:RegionTest.MayBeEmpty:ThreeChannels.AreResident*:On/TruthTest.TheFile*/*:On/TruthTest.Blend*/u8_flat:\
 On/TruthTest.Coarser*/fossil:On/TruthTest.Coarser*/smoke:On/TruthTest.Coarser*/head")
   get_test_property(renderer.rest ENVIRONMENT renderer_environment)

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <string_view>
 #include <utility>
 
 namespace blockwalk {
@@ -126,7 +127,9 @@ OutOfDeviceMemory PlannedFrame::advise(const OutOfDeviceMemory& error) const {
   if (next_need_ < plan_.needs.size()) {
     const bool is_coarsest = static_cast<std::size_t>(plan_.level) + 1 >= volume_.info().levels.size();
     if (!is_coarsest) return withAdvice(error, "level", "a coarser level needs less");
-    if (order_.view.filter == Filter::linear) return withAdvice(error, "filter", "filter nearest needs less");
+    const bool has_apron_for_filter =
+        plan_.key.filter == static_cast<std::uint32_t>(Filter::linear) && plan_.key.lit == 0;
+    if (has_apron_for_filter) return withAdvice(error, "filter", "filter nearest needs less");
     return error;
   }
   if (!is_begun_) return withAdvice(error, "size", "a smaller picture needs less");

@@ -155,17 +155,17 @@ std::optional<HttpReply> Connection::judge(const HttpRequest& request) const {
 asio::awaitable<Connection::Next> Connection::reply(HttpRequest& request, Parser& parser) {
   const bool close = request.version == 10 || request.hasToken("Connection", "close") || isCrowded();
   std::optional<StreamJob> stream;
-  HttpReply reply = co_await answer(request, stream);
+  HttpReply made = co_await answer(request, stream);
   if (has_left_) co_return Next::close;
   if (stream && buffer_.size() == 0) {
     co_await serveStream(std::move(stream_), parser.release(), services_, stream->volume, account_.peer);
     co_return Next::handed_over;
   }
-  if (stream) reply = problemReply({.status = 400, .detail = "nothing may follow before the upgrade", .field = {}});
+  if (stream) made = problemReply({.status = 400, .detail = "nothing may follow before the upgrade", .field = {}});
   // Who asks for more than there is may come again later, but not stay.
-  reply.close = reply.close || close || services_.state.draining || reply.status == 429;
-  if (reply.close) co_return co_await sendLast(std::move(reply));
-  const error_code error = co_await send(reply);
+  made.close = made.close || close || services_.state.draining || made.status == 429;
+  if (made.close) co_return co_await sendLast(std::move(made));
+  const error_code error = co_await send(made);
   co_return error ? Next::close : Next::request;
 }
 

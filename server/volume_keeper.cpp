@@ -21,7 +21,10 @@ namespace {
 
 FileLook lookAt(const std::filesystem::path& file) {
   struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) return {.missing = std::generic_category().message(errno)};
+  if (::stat(file.c_str(), &status) != 0) {
+    const int error = errno;
+    return {.missing = std::generic_category().message(error), .is_gone = error == ENOENT || error == ENOTDIR};
+  }
   return {.identity = fmt::format("{}|{}|{}|{}|{}.{:09}", file.string(), status.st_dev, status.st_ino, status.st_size,
                                   status.st_mtim.tv_sec, status.st_mtim.tv_nsec)};
 }
@@ -118,6 +121,7 @@ asio::awaitable<bool> VolumeKeeper::load() {
     services_.renderer.load(served->number, std::move(*opened.file), std::move(answer));
   };
   const RenderResult loaded = co_await awaitResult<RenderResult>(services_.mailbox, load);
+  if (old != nullptr && old != served) tellIfBroken(*old);
   if (loaded.error) {
     fail(withoutFolder(reasonOf(loaded.error), entry().file));
     co_return false;
@@ -180,16 +184,24 @@ bool VolumeKeeper::isServedOn() const {
 
 bool VolumeKeeper::noteWhetherThere(const FileLook& look) {
   if (look.missing.empty()) {
-    if (look.error == nullptr && std::exchange(is_gone_, false)) {
+    if (look.error == nullptr && std::exchange(is_missing_, false)) {
       spdlog::info("volume {}: the file is back", entry().id);
-      services_.catalog.setWarning(index_, {});
+      // Another one than that which is served is judged when it is opened.
+      const auto& served = entry().served;
+      if (served != nullptr && served->identity == look.identity) services_.catalog.setWarning(index_, {});
     }
     return false;
   }
   if (!isServedOn()) return false;
-  is_gone_ = true;
-  warn(fmt::format("the file is gone, what is on the device is served on: {}", look.missing));
+  is_missing_ = true;
+  warn(fmt::format("the file {}, what is on the device is served on: {}",
+                   look.is_gone ? "is gone" : "cannot be looked at", look.missing));
   return true;
+}
+
+void VolumeKeeper::tellIfBroken(const ServedVolume& old) const {
+  const auto [hold, reason] = services_.renderer.hold(old.number);
+  if (hold == VolumeHold::broken) spdlog::error("volume {}: the old content is broken: {}", entry().id, reason);
 }
 
 // Once, not with each look and each try.

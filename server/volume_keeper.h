@@ -33,7 +33,8 @@ struct KeeperServices {
 // A file as it is now.
 struct FileLook {
   std::string identity = {};      // changes when the file does; empty: it could not be looked at
-  std::string missing = {};       // why it is not there; empty: it is, or nobody knows
+  std::string missing = {};       // why it cannot be looked at; empty: it can, or nobody knows
+  bool is_gone = false;           // where it cannot: it is not there
   std::exception_ptr error = {};  // looking failed
 };
 
@@ -62,8 +63,11 @@ class VolumeKeeper {
   asio::awaitable<FileLook> lookNow();
   // Whether there is something of it on the device that serves, whatever the file is.
   bool isServedOn() const;
-  // Tells once that the file is gone, and that it is back. True when it is gone and what is on the device is served on.
+  // Tells once that the file is gone or cannot be looked at, and that it is back. True when it is gone and what is on
+  // the device is served on.
   bool noteWhetherThere(const FileLook& look);
+  // While another content was loaded nobody watched the old one.
+  void tellIfBroken(const ServedVolume& old) const;
   void warn(const std::string& warning);
   void fail(const std::string& reason);
   const CatalogEntry& entry() const { return services_.catalog.at(index_); }
@@ -74,7 +78,7 @@ class VolumeKeeper {
   std::string tried_identity_;  // of the file when it was opened last; empty: it could not be
   std::chrono::milliseconds pause_ = kFirstPause;
   bool try_now_ = false;
-  bool is_gone_ = false;  // the file, while its content is served on
+  bool is_missing_ = false;  // the file, while its content is served on
 };
 
 }  // namespace blockwalk

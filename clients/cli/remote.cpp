@@ -66,6 +66,9 @@ asio::ssl::context trustOf(const RemoteAccess& access) {
   boost::system::error_code error;
   trust.load_verify_file(access.ca.string(), error);
   if (error) {
+    if (error.category() == boost::system::system_category()) {
+      throw UsageError(fmt::format("--ca: '{}' cannot be read: {}", access.ca.string(), error.message()));
+    }
     throw UsageError(fmt::format(
         "--ca: '{}' holds no certificate in PEM (-----BEGIN CERTIFICATE-----), or a broken one", access.ca.string()));
   }

@@ -42,7 +42,8 @@ void printTimes(std::string_view name, std::vector<double> times) {
 
 // Who asks for a finder by name may not know that it pays only where the device queries rays by hardware.
 void tellSlowFinder(Finder finder, const DeviceInfo& device) {
-  if (device.kind != "software" || (finder != Finder::boundary && finder != Finder::clusters)) return;
+  if (device.kind != "software" || !device.ray_query || (finder != Finder::boundary && finder != Finder::clusters))
+    return;
   fmt::print(stderr, "blockwalk: finder {}: slow on {}, a software device; auto draws the same picture sooner\n",
              finder == Finder::boundary ? "boundary" : "clusters", device.name);
 }

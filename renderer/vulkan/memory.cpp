@@ -88,8 +88,10 @@ Memory::Allocation Memory::allocate(std::uint64_t bytes, std::uint32_t type) {
   } catch (const vk::SystemError& error) {
     const auto result = static_cast<vk::Result>(error.code().value());
     if (result == vk::Result::eErrorDeviceLost) throw;
-    throw OutOfDeviceMemory(fmt::format("{} bytes of device memory: {}", bytes, vk::to_string(result)), bytes,
-                            freeBytes(heap));
+    const std::uint64_t free = freeBytes(heap);
+    throw OutOfDeviceMemory(
+        fmt::format("device memory: {} bytes are needed, {} are free: {}", bytes, free, vk::to_string(result)), bytes,
+        free);
   }
 }
 

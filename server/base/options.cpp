@@ -140,7 +140,7 @@ void readMember(Options& options, std::string_view name, const ServerOption& opt
   const bool is_text = value.is_string() && !is_switch;
   const bool is_count = std::holds_alternative<std::int64_t Options::*>(option.member);
   const bool is_size = std::holds_alternative<std::uint64_t Options::*>(option.member);
-  const bool is_number = value.is_number_integer() && (is_count || is_size);
+  const bool is_number = value.is_number_integer() && (is_count || is_size || option.name == "device");  // an index
   if (!(is_switch && value.is_boolean()) && !is_text && !is_number) {
     const char* form = is_switch  ? "true or false"
                        : is_count ? "a whole number"

@@ -43,7 +43,7 @@ std::string contentTag(std::string_view content) {
   return fmt::format("{:016x}", hash);
 }
 
-StaticPages loadStaticPages(const std::filesystem::path& folder) {
+StaticPages loadStaticPages(const std::filesystem::path& folder) try {
   StaticPages pages;
   if (!std::filesystem::is_directory(folder)) return pages;
   std::uintmax_t total = 0;
@@ -64,6 +64,8 @@ StaticPages loadStaticPages(const std::filesystem::path& folder) {
     pages[path] = page;
   }
   return pages;
+} catch (const std::filesystem::filesystem_error& error) {
+  throw UsageError(fmt::format("--web-root: '{}': {}", error.path1().string(), error.code().message()));
 }
 
 std::filesystem::path defaultWebRoot() {

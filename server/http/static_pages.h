@@ -20,7 +20,7 @@ struct StaticPage {
 // URL paths: "/" is index.html, "/assets/x.js" is assets/x.js.
 using StaticPages = std::map<std::string, StaticPage, std::less<>>;
 
-// At most 64 MiB. Throws DataError; a folder that is not there gives no pages.
+// At most 64 MiB. Throws UsageError; a folder that is not there gives no pages.
 StaticPages loadStaticPages(const std::filesystem::path& folder);
 
 // Where the page's files are: `share/blockwalk/web` beside the executable, or in its prefix.

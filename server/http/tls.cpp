@@ -56,6 +56,10 @@ std::shared_ptr<ssl::context> loadTls(const ServerOptions& options) {
   const std::string key = readSmallFile("tls-key", options.tls_key);
   tls->use_private_key(boost::asio::buffer(key), ssl::context::pem, error);
   if (error) refuse("--tls-key", options.tls_key, keyFault(error, key));
+  // Of another type than the certificate's it was taken.
+  if (SSL_CTX_check_private_key(tls->native_handle()) != 1) {
+    refuse("--tls-key", options.tls_key, "is not the key of the certificate in --tls-cert");
+  }
   return tls;
 }
 

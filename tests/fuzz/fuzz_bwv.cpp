@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/target.h"
 #include "tests/volume/file/seal.h"
 #include "tests/volume/memory_source.h"
 #include "volume/build/builder.h"

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "server/http/chunked_body.h"
+#include "tests/fuzz/target.h"
 
 namespace {
 

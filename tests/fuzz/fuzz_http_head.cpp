@@ -15,6 +15,7 @@
 
 #include "server/http/request_head.h"
 #include "server/http/rules.h"
+#include "tests/fuzz/target.h"
 
 namespace {
 

@@ -10,6 +10,7 @@
 
 #include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/read_source.h"
+#include "tests/fuzz/target.h"
 
 namespace {
 

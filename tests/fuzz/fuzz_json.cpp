@@ -11,6 +11,7 @@
 #include "protocol/json_text.h"
 #include "protocol/stream_messages.h"
 #include "protocol/view_fields.h"
+#include "tests/fuzz/target.h"
 
 namespace {
 

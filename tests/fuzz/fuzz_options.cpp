@@ -10,6 +10,7 @@
 
 #include "server/base/options.h"
 #include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/target.h"
 
 namespace {
 

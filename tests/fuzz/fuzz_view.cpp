@@ -8,6 +8,7 @@
 
 #include "protocol/query_string.h"
 #include "protocol/view_fields.h"
+#include "tests/fuzz/target.h"
 
 namespace {
 
@@ -41,8 +42,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 std::vector<std::string> fuzzSeeds() {
   return {"size=512x512&eye=1,2,3&target=0,0,0&up=0,1,0&fov=40&range=10:200&mode=first-hit&level=2",
-          "ortho=3.5&clip=0,0,0,1,1,1&background=11223344&finder=boundary&macrocell=32&walk=off&cull=off&format=jpeg&"
-          "quality=90",
+          std::string("ortho=3.5&clip=0,0,0,1,1,1&background=11223344&finder=boundary&macrocell=32&walk=off&cull=off") +
+              "&format=jpeg&quality=90",
           "format=webp&quality=100&background=00000000",
           "tf=0:000000:0,10.5:ff8000:0.25,200:ffffff:1&range=-1e-3:1e30&extinction=0",
           "range=%31%30:2e2&size=1x8192",

@@ -20,8 +20,7 @@
 #include <string>
 #include <vector>
 
-extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size);
-std::vector<std::string> fuzzSeeds();
+#include "tests/fuzz/target.h"
 
 // Present in sanitizer builds: a report ends the process without a signal.
 extern "C" void __sanitizer_set_death_callback(void (*callback)()) __attribute__((weak));

@@ -122,5 +122,15 @@ TEST(BandTimes, AreAVolumesALevelsAndAKernelsOwn) {
   EXPECT_EQ(times.find(1, 1, {}), std::nullopt);
 }
 
+// A last band of one row mostly measures its own start.
+TEST(BandCutter, AShortBandSaysNothingOfTheNextFrame) {
+  const auto run = [](const BandLimits& limits) {
+    BandCutter cutter(limits);
+    while (!cutter.isDone()) cutter.ran(0.2 + 1e-5 * cutter.next().column_count * cutter.next().row_count);
+    return cutter.expectedMsPerPixel();
+  };
+  EXPECT_LT(run({.width = 1024, .height = 2049, .band_ms = 10, .ms_per_pixel = 1e-5}), 2e-5);
+}
+
 }  // namespace
 }  // namespace blockwalk

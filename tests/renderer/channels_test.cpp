@@ -15,7 +15,7 @@ namespace {
 constexpr int kLargestChannelsError = 1;  // 8-bit steps
 
 struct Look {
-  std::string_view name = "";
+  std::string_view name;
   Mode mode = Mode::blend;
   Filter filter = Filter::linear;
   bool lit = false;

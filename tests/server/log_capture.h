@@ -4,13 +4,15 @@
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 
+#include <cstddef>
 #include <memory>
 #include <sstream>
 #include <string>
 
 namespace blockwalk {
 
-// What is logged while it stands. It is made before the server and read after the server's end.
+// What is logged while it stands. It is made before the server and read after the server's end; no other thread may log
+// while it is made or ends.
 class LogCapture {
  public:
   LogCapture() : before_(spdlog::default_logger()) {

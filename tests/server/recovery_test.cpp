@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <functional>
 
 #include "tests/server/log_capture.h"
 #include "tests/server/running_server.h"
@@ -17,7 +18,7 @@ using nlohmann::json;
 constexpr const char* kRockPicture = "/api/v1/volumes/rock/image?size=4x4";
 
 std::filesystem::path copyOf(const std::string& sample, const std::string& name) {
-  const auto copy = scratchFolder() / name;
+  auto copy = scratchFolder() / name;
   std::filesystem::copy_file(sampleVolume(sample), copy, std::filesystem::copy_options::overwrite_existing);
   return copy;
 }
@@ -131,12 +132,13 @@ TEST(Recovery, WhoWaitsForAContentThatWasReplacedIsTold) {
 
 TEST(Recovery, ADeviceThatIsLostAgainAndAgainEndsTheServer) {
   RunningServer server;
+  std::vector<WireClient> clients;  // who closes is not drawn for
   for (int i = 0; i < 3; ++i) {
     EXPECT_TRUE(eventually([&] { return i == 0 || get(server.port(), "/readyz").status == 200; }));
     server.control().failCall(Fault::lost, 1);
-    WireClient client(server.port());
-    client.send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
-    if (i < 2) client.readReply();  // the last one's comes with the end of the process
+    clients.emplace_back(server.port());
+    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
+    if (i < 2) clients.back().readReply();  // the last one's comes with the end of the process
   }
   EXPECT_EQ(server.join(), 1);
 }
@@ -167,12 +169,13 @@ TEST(Recovery, ADeviceThatHangsIsLeftBehind) {
 TEST(Recovery, DevicesThatHangAreLeftBehindAFewTimes) {
   RunningServer server;
   server.expectDeviceLeftBehind();
+  std::vector<WireClient> clients;  // who closes is not drawn for
   for (int i = 0; i < 3; ++i) {
     EXPECT_TRUE(eventually([&] { return i == 0 || get(server.port(), "/readyz").status == 200; }));
     server.control().failCall(Fault::hangs, 1);
-    WireClient client(server.port());
-    client.send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
-    if (i < 2) client.readReply();  // the last one's comes with the end of the process
+    clients.emplace_back(server.port());
+    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
+    if (i < 2) clients.back().readReply();  // the last one's comes with the end of the process
   }
   EXPECT_EQ(server.join(), 1);
   EXPECT_EQ(server.control().opened, 3);

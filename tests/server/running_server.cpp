@@ -32,7 +32,7 @@ std::filesystem::path scratchFolder() {
 std::filesystem::path sampleVolume(const std::string& name, int side) {
   const auto folder = scratchFolder() / std::to_string(side);
   std::filesystem::create_directories(folder);
-  const auto file = folder / (name + ".bwv");
+  auto file = folder / (name + ".bwv");
   if (!std::filesystem::exists(file)) buildVolume(*openDemo(name, side), file, {});
   return file;
 }

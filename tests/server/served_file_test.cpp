@@ -12,7 +12,7 @@ namespace blockwalk {
 namespace {
 
 std::filesystem::path copyOfRock(const std::string& name) {
-  const auto copy = scratchFolder() / name;
+  auto copy = scratchFolder() / name;
   std::filesystem::copy_file(sampleVolume("rock"), copy, std::filesystem::copy_options::overwrite_existing);
   return copy;
 }

@@ -22,7 +22,7 @@ namespace {
 using Arguments = std::vector<std::string>;
 
 std::filesystem::path writeFile(const std::string& name, const std::string& text) {
-  const auto path = scratchFolder() / name;
+  auto path = scratchFolder() / name;
   std::ofstream(path, std::ios::binary) << text;
   return path;
 }
@@ -129,6 +129,7 @@ TEST(Options, TheConfigurationIsNamedWithTheMemberAndWhatIsExpected) {
                 testing::AllOf(testing::StartsWith(fmt::format("--config '{}': {}: ", path.string(), member)),
                                testing::HasSubstr(expected)));
   }
+  EXPECT_EQ(parseServerOptions({"--config", writeFile("index.json", R"({"device":0})").string()}).device, "0");
   for (const char* text : {"[]", "3", "{", ""}) {
     const auto path = writeFile("wrong.json", text);
     EXPECT_THAT(refusalOf({"--config", path.string()}),
@@ -199,26 +200,33 @@ class SilentPipe {
 TEST(Options, WhatIsNoFileIsRefusedAndNotWaitedFor) {
   SilentPipe pipe;
   const auto token = writeFile("pem-token", "0123456789abcdef\n");
-  for (const auto& [path, why] : std::vector<std::pair<std::filesystem::path, std::string>>{
-           {pipe.path(), "no regular file"}, {scratchFolder(), "a folder"}, {"/dev/zero", "no regular file"}}) {
-    const std::vector<std::pair<std::string, std::function<void()>>> reads = {
-        {"--config",
-         [&] {
-           parseServerOptions({"--config", path.string()});
-         }},
-        {"--token-file", [&] { readToken(path); }},
-        {"--tls-cert", [&] { loadTls({.tls_cert = path, .tls_key = token}); }}};
-    for (const auto& [flag, read] : reads) {
+  struct Odd {
+    std::filesystem::path path;
+    std::string why;
+  };
+  struct Reading {
+    std::string flag;
+    std::function<void(const std::filesystem::path&)> read;
+  };
+  const Reading readings[] = {{"--config",
+                               [](const auto& path) {
+                                 parseServerOptions({"--config", path.string()});
+                               }},
+                              {"--token-file", [](const auto& path) { readToken(path); }},
+                              {"--tls-cert", [&](const auto& path) { loadTls({.tls_cert = path, .tls_key = token}); }}};
+  for (const Odd& odd :
+       {Odd{pipe.path(), "no regular file"}, Odd{scratchFolder(), "a folder"}, Odd{"/dev/zero", "no regular file"}}) {
+    for (const Reading& reading : readings) {
       const bool waited = pipe.isWaitedFor([&] {
         try {
-          read();
-          ADD_FAILURE() << flag << " took " << path;
+          reading.read(odd.path);
+          ADD_FAILURE() << reading.flag << " took " << odd.path;
         } catch (const UsageError& error) {
-          EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr(flag), testing::HasSubstr(path.string()),
-                                                   testing::HasSubstr(why)));
+          EXPECT_THAT(error.what(), testing::AllOf(testing::HasSubstr(reading.flag),
+                                                   testing::HasSubstr(odd.path.string()), testing::HasSubstr(odd.why)));
         }
       });
-      EXPECT_FALSE(waited) << flag << " waits for " << path;
+      EXPECT_FALSE(waited) << reading.flag << " waits for " << odd.path;
     }
   }
 }

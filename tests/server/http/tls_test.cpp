@@ -68,13 +68,13 @@ std::string readAll(const std::filesystem::path& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-std::filesystem::path encryptedKey() {
-  const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(EVP_EC_gen("P-256"), EVP_PKEY_free);
-  const auto path = scratchFolder() / "encrypted.pem";
+// Unless it is empty the key needs the passphrase.
+std::filesystem::path keyFile(const std::string& name, EVP_PKEY* made, const std::string& passphrase) {
+  const std::unique_ptr<EVP_PKEY, decltype(&EVP_PKEY_free)> key(made, EVP_PKEY_free);
+  auto path = scratchFolder() / name;
   const auto close = [](std::FILE* file) { std::fclose(file); };
   const std::unique_ptr<std::FILE, decltype(close)> file(std::fopen(path.c_str(), "w"), close);
-  const std::string passphrase = "passphrase";
-  EXPECT_EQ(PEM_write_PrivateKey(file.get(), key.get(), EVP_aes_256_cbc(),
+  EXPECT_EQ(PEM_write_PrivateKey(file.get(), key.get(), passphrase.empty() ? nullptr : EVP_aes_256_cbc(),
                                  reinterpret_cast<const unsigned char*>(passphrase.data()),
                                  static_cast<int>(passphrase.size()), nullptr, nullptr),
             1);
@@ -238,7 +238,7 @@ TEST(TlsReload, TakesTheNewCertificateAndABrokenOneLeavesTheOld) {
 TEST(TlsOptions, WhatIsNoneIsRefusedByNameAndInWords) {
   const ServerOptions good = tlsOptions();
   const auto write = [](const char* name, const std::string& text) {
-    const auto path = scratchFolder() / name;
+    auto path = scratchFolder() / name;
     std::ofstream(path) << text;
     return path;
   };
@@ -259,7 +259,8 @@ TEST(TlsOptions, WhatIsNoneIsRefusedByNameAndInWords) {
       {good.tls_cert, write("text-key.pem", "no key"), "--tls-key", "no private key in PEM"},
       {good.tls_cert, good.tls_cert, "--tls-key", "no private key in PEM"},
       {good.tls_cert, write("old-key.pem", key), "--tls-key", "not the key of the certificate"},
-      {good.tls_cert, encryptedKey(), "--tls-key", "passphrase"},
+      {good.tls_cert, keyFile("rsa.pem", EVP_RSA_gen(2048), ""), "--tls-key", "not the key of the certificate"},
+      {good.tls_cert, keyFile("encrypted.pem", EVP_EC_gen("P-256"), "passphrase"), "--tls-key", "passphrase"},
   };
   for (const Case& wrong : cases) {
     const bool is_key = std::string_view(wrong.flag) == "--tls-key";

@@ -93,7 +93,8 @@ TEST_P(ImportData, HasThePublishedFigures) {
   EXPECT_NEAR(lowest, expected.lowest, 1e-3);
   EXPECT_NEAR(highest, expected.highest, 1e-3 * std::max(1.0, highest * 0.01));
   // Published to four places.
-  EXPECT_NEAR(static_cast<double>(above) / static_cast<double>(voxels.size() / width), expected.share, 0.0001);
+  const std::size_t count = voxels.size() / width;
+  EXPECT_NEAR(static_cast<double>(above) / static_cast<double>(count), expected.share, 0.0001);
   EXPECT_EQ(source->conversion(0).nonfinite_voxels, 0u);
 }
 

@@ -31,6 +31,7 @@ std::string_view oddity(const std::filesystem::directory_entry& entry) {
   if (type == std::filesystem::file_type::regular) return {};
   if (type == std::filesystem::file_type::directory) return "a folder";
   if (!unknown && type != std::filesystem::file_type::not_found) return "a pipe, a socket or a device";
+  if (unknown == std::errc::permission_denied) return "not readable";
   return entry.is_symlink(unknown) ? "a link that leads nowhere" : "gone";
 }
 

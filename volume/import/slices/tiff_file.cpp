@@ -108,8 +108,8 @@ void TiffFile::Decoder::readPages() {
     if (!isSecondaryPage(tiff)) {
       if (pages.empty()) {
         description = tiffDescription(tiff, file.name());
-        // libtiff goes on without a text that it has no memory for.
-        if (description.empty()) no_description = message;
+        // libtiff goes on without a field that it has no memory for, and does not say which.
+        if (description.empty() && std::strstr(message, "memory") != nullptr) no_description = message;
       }
       pages.push_back(readTiffPage(tiff, file.name(), number));
     }
@@ -266,7 +266,8 @@ const std::string& TiffFile::name() const { return decoder_->file.name(); }
 const std::vector<TiffPage>& TiffFile::pages() const { return decoder_->pages; }
 const std::string& TiffFile::description() const {
   if (!decoder_->no_description.empty()) {
-    failData("{}: ImageDescription: {}; raise --memory", name(), decoder_->no_description);
+    failData("{}: ImageDescription, or another field of the first page: {}; raise --memory", name(),
+             decoder_->no_description);
   }
   return decoder_->description;
 }
