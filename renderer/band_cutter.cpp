@@ -18,6 +18,11 @@ constexpr std::size_t kMostTimes = 1024;
 
 }  // namespace
 
+double BandCutter::expectedMsPerPixel() const {
+  if (slowest_ > 0) return slowest_;
+  return total_pixels_ > 0 ? total_ms_ / total_pixels_ : *ms_per_pixel_;
+}
+
 BandCutter::BandCutter(const BandLimits& limits) : limits_(limits), ms_per_pixel_(limits.ms_per_pixel) { cutRows(); }
 
 void BandCutter::cutRows() {
@@ -59,9 +64,13 @@ void BandCutter::cutColumns() {
 bool BandCutter::ran(double ms) {
   const double pixels = static_cast<double>(band_.column_count) * band_.row_count;
   ms_per_pixel_ = std::max(ms, 1e-4) / (pixels * band_.sample_count);
-  if (ms >= kLongShare * limits_.band_ms) slowest_ = std::max(slowest_, *ms_per_pixel_);
-  total_ms_ += std::max(ms, 1e-4);
-  total_pixels_ += pixels * band_.sample_count;
+  // Where nothing was known the first dispatch may have waited for the driver to compile its kernel.
+  if (limits_.ms_per_pixel || ran_) {
+    if (ms >= kLongShare * limits_.band_ms) slowest_ = std::max(slowest_, *ms_per_pixel_);
+    total_ms_ += std::max(ms, 1e-4);
+    total_pixels_ += pixels * band_.sample_count;
+  }
+  ran_ = true;
   band_.sample_begin += band_.sample_count;
   if (band_.sample_begin < limits_.sample_end) {
     const double fitting =

@@ -34,8 +34,8 @@ class BandCutter {
   bool ran(double ms);
   bool isDone() const { return band_.row_begin >= limits_.height; }
   // What to expect of the next frame: the slowest dispatch's that was not short, or the mean of all. Some must have
-  // run.
-  double expectedMsPerPixel() const { return slowest_ > 0 ? slowest_ : total_ms_ / total_pixels_; }
+  // run. The first of all counts only where there was no other.
+  double expectedMsPerPixel() const;
 
  private:
   void cutRows();
@@ -48,6 +48,7 @@ class BandCutter {
   std::optional<double> ms_per_pixel_;
   double slowest_of_rows_ = 0;
   double slowest_ = 0;  // of those that took a good part of a band's time: the others mostly measure their own start
+  bool ran_ = false;
   double total_ms_ = 0;
   double total_pixels_ = 0;
 };

@@ -122,6 +122,20 @@ TEST(BandTimes, AreAVolumesALevelsAndAKernelsOwn) {
   EXPECT_EQ(times.find(1, 1, {}), std::nullopt);
 }
 
+// The driver compiles a kernel when it is first dispatched.
+TEST(BandCutter, TheFirstDispatchOfAllSaysNothingOfTheNextFrame) {
+  BandCutter cutter({.width = 512, .height = 512, .band_ms = 25});
+  double compiling = 200;
+  while (!cutter.isDone()) {
+    cutter.ran(1e-5 * cutter.next().column_count * cutter.next().row_count + compiling);
+    compiling = 0;
+  }
+  EXPECT_NEAR(cutter.expectedMsPerPixel(), 1e-5, 1e-7);
+  BandCutter alone({.width = 8, .height = 8, .band_ms = 25});
+  alone.ran(1);
+  EXPECT_NEAR(alone.expectedMsPerPixel(), 1.0 / 64, 1e-9);
+}
+
 // A last band of one row mostly measures its own start.
 TEST(BandCutter, AShortBandSaysNothingOfTheNextFrame) {
   const auto run = [](const BandLimits& limits) {
