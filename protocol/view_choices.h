@@ -19,33 +19,33 @@ struct Choice {
 template <typename Value>
 Choice(std::string_view, Value) -> Choice<Value>;
 
-constexpr std::array kModeChoices = {Choice{"blend", Mode::blend}, Choice{"first-hit", Mode::first_hit},
-                                     Choice{"mip", Mode::mip},     Choice{"mean", Mode::mean},
-                                     Choice{"iso", Mode::iso},     Choice{"blocks", Mode::blocks}};
-constexpr std::array kFilterChoices = {Choice{"nearest", Filter::nearest}, Choice{"linear", Filter::linear}};
-constexpr std::array kClassificationChoices = {Choice{"post", Classification::post},
-                                               Choice{"pre-integrated", Classification::pre_integrated}};
-constexpr std::array kTransferShapeChoices = {Choice{"linear", TransferShape::linear},
-                                              Choice{"stepped", TransferShape::stepped}};
-constexpr std::array kTransferPresetChoices = {Choice{"auto", TransferPreset::automatic},
-                                               Choice{"grey", TransferPreset::grey},
-                                               Choice{"viridis", TransferPreset::viridis},
-                                               Choice{"cividis", TransferPreset::cividis},
-                                               Choice{"inferno", TransferPreset::inferno},
-                                               Choice{"ct-bone", TransferPreset::ct_bone},
-                                               Choice{"ct-soft-tissue", TransferPreset::ct_soft_tissue},
-                                               Choice{"angiography", TransferPreset::angiography}};
-constexpr std::array kFinderChoices = {Choice{"auto", Finder::automatic},    Choice{"query", Finder::query},
-                                       Choice{"grid", Finder::grid},         Choice{"clusters", Finder::clusters},
-                                       Choice{"boundary", Finder::boundary}, Choice{"octree", Finder::octree},
-                                       Choice{"none", Finder::none}};
-constexpr std::array kMacrocellChoices = {Choice{"auto", kAutoMacrocell}, Choice{"8", 8}, Choice{"16", 16},
-                                          Choice{"32", 32}};
-constexpr std::array kOutputChoices = {Choice{"color", Output::color},       Choice{"depth", Output::depth},
-                                       Choice{"position", Output::position}, Choice{"cost", Output::cost},
-                                       Choice{"queries", Output::queries},   Choice{"mesh", Output::mesh}};
-constexpr std::array kFormatChoices = {Choice{"png", ImageFormat::png}, Choice{"jpeg", ImageFormat::jpeg},
-                                       Choice{"webp", ImageFormat::webp}, Choice{"raw", ImageFormat::raw}};
+inline constexpr std::array kModeChoices = {Choice{"blend", Mode::blend}, Choice{"first-hit", Mode::first_hit},
+                                            Choice{"mip", Mode::mip},     Choice{"mean", Mode::mean},
+                                            Choice{"iso", Mode::iso},     Choice{"blocks", Mode::blocks}};
+inline constexpr std::array kFilterChoices = {Choice{"nearest", Filter::nearest}, Choice{"linear", Filter::linear}};
+inline constexpr std::array kClassificationChoices = {Choice{"post", Classification::post},
+                                                      Choice{"pre-integrated", Classification::pre_integrated}};
+inline constexpr std::array kTransferShapeChoices = {Choice{"linear", TransferShape::linear},
+                                                     Choice{"stepped", TransferShape::stepped}};
+inline constexpr std::array kTransferPresetChoices = {Choice{"auto", TransferPreset::automatic},
+                                                      Choice{"grey", TransferPreset::grey},
+                                                      Choice{"viridis", TransferPreset::viridis},
+                                                      Choice{"cividis", TransferPreset::cividis},
+                                                      Choice{"inferno", TransferPreset::inferno},
+                                                      Choice{"ct-bone", TransferPreset::ct_bone},
+                                                      Choice{"ct-soft-tissue", TransferPreset::ct_soft_tissue},
+                                                      Choice{"angiography", TransferPreset::angiography}};
+inline constexpr std::array kFinderChoices = {
+    Choice{"auto", Finder::automatic},    Choice{"query", Finder::query},       Choice{"grid", Finder::grid},
+    Choice{"clusters", Finder::clusters}, Choice{"boundary", Finder::boundary}, Choice{"octree", Finder::octree},
+    Choice{"none", Finder::none}};
+inline constexpr std::array kMacrocellChoices = {Choice{"auto", kAutoMacrocell}, Choice{"8", 8}, Choice{"16", 16},
+                                                 Choice{"32", 32}};
+inline constexpr std::array kOutputChoices = {Choice{"color", Output::color},       Choice{"depth", Output::depth},
+                                              Choice{"position", Output::position}, Choice{"cost", Output::cost},
+                                              Choice{"queries", Output::queries},   Choice{"mesh", Output::mesh}};
+inline constexpr std::array kFormatChoices = {Choice{"png", ImageFormat::png}, Choice{"jpeg", ImageFormat::jpeg},
+                                              Choice{"webp", ImageFormat::webp}, Choice{"raw", ImageFormat::raw}};
 
 // "a, b and c"
 template <typename Value, std::size_t Size>

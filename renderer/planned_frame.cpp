@@ -249,8 +249,9 @@ void PlannedFrame::readBand(const Band& band) {
 }
 
 void PlannedFrame::finish() {
-  if (cutter_ && !frame_.cancelled)
+  if (cutter_ && !frame_.cancelled) {
     tools_.times.note(volume_.serial(), plan_.level, plan_.key, cutter_->expectedMsPerPixel());
+  }
   if (is_begun_) {
     const gpu::GpuCounters& counters = buffers_.counters.mappedAs<gpu::GpuCounters>()[0];
     RenderStats& stats = frame_.stats;

@@ -19,6 +19,7 @@
 #include "clients/cli/usage_error.h"
 #include "protocol/image_codec.h"
 #include "protocol/render_json.h"
+#include "protocol/view_choices.h"
 #include "protocol/view_fields.h"
 #include "renderer/driver.h"
 #include "renderer/renderer.h"
@@ -45,7 +46,7 @@ void tellSlowFinder(Finder finder, const DeviceInfo& device) {
   if (device.kind != "software" || !device.ray_query || (finder != Finder::boundary && finder != Finder::clusters))
     return;
   fmt::print(stderr, "blockwalk: finder {}: slow on {}, a software device; auto draws the same picture sooner\n",
-             finder == Finder::boundary ? "boundary" : "clusters", device.name);
+             choiceName(finder, kFinderChoices), device.name);
 }
 
 struct RenderCommand {

@@ -50,9 +50,8 @@ class Catalog {
   void setReady(std::size_t index, std::shared_ptr<const ServedVolume> served);
   void setLoading(std::size_t index) { entries_[index].state = VolumeState::loading; }
   void setFailed(std::size_t index, std::string error);  // `error` is shown to clients
-  void setWarning(std::size_t index, std::string warning) {
-    entries_[index].warning = std::move(warning);
-  }                      // shown too
+  // Shown too.
+  void setWarning(std::size_t index, std::string warning) { entries_[index].warning = std::move(warning); }
   bool settled() const;  // none is loading
   bool usable() const;   // one is ready, or none was named
 

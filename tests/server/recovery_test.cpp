@@ -23,6 +23,29 @@ std::filesystem::path copyOf(const std::string& sample, const std::string& name)
   return copy;
 }
 
+// So many more clients, each of which has asked for a picture that no other asks for, and waits for it: who closes is
+// not drawn for.
+void ask(std::vector<WireClient>& clients, const RunningServer& server, int count,
+         const std::string& path = kRockPicture) {
+  for (int i = 0; i < count; ++i) {
+    const std::size_t fov = 30 + clients.size();
+    clients.emplace_back(server.port());
+    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", path, fov));
+  }
+}
+
+// Three times in short order, each by a frame of its own. Only those before the last are answered: the process ends.
+void failThreeFrames(RunningServer& server, Fault fault) {
+  std::vector<WireClient> clients;
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_TRUE(eventually([&] { return i == 0 || get(server.port(), "/readyz").status == 200; }));
+    server.control().failCall(fault, 1);
+    ask(clients, server, 1);
+    if (i < 2) clients.back().readReply();
+  }
+  EXPECT_EQ(server.join(), 1);
+}
+
 // The calls of a frame: begin, and one advance a band.
 constexpr int kBands = 3;
 
@@ -58,10 +81,7 @@ TEST(Recovery, OthersWhoseFramesWereUnderWayNoticeNothing) {
   server.control().bands = 40;
   server.control().band_ms = 5;
   std::vector<WireClient> clients;
-  for (int i = 0; i < 3; ++i) {
-    clients.emplace_back(server.port());
-    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
-  }
+  ask(clients, server, 3);
   EXPECT_TRUE(eventually([&] { return server.control().under_way == 3; }));
   server.control().failCall(Fault::lost, 1);
   std::map<int, int> statuses;
@@ -91,10 +111,7 @@ std::vector<std::string> lostWithTwoUnderWay(RunningServer& server, const std::s
   server.control().bands = 4000;
   server.control().band_ms = 5;
   std::vector<WireClient> clients;
-  for (int i = 0; i < 2; ++i) {
-    clients.emplace_back(server.port());
-    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", path, 30 + i));
-  }
+  ask(clients, server, 2, path);
   EXPECT_TRUE(eventually([&] { return server.control().under_way == 2; }));
   meanwhile();
   server.control().failCall(Fault::lost, 1);
@@ -132,15 +149,7 @@ TEST(Recovery, WhoWaitsForAContentThatWasReplacedIsTold) {
 
 TEST(Recovery, ADeviceThatIsLostAgainAndAgainEndsTheServer) {
   RunningServer server;
-  std::vector<WireClient> clients;  // who closes is not drawn for
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_TRUE(eventually([&] { return i == 0 || get(server.port(), "/readyz").status == 200; }));
-    server.control().failCall(Fault::lost, 1);
-    clients.emplace_back(server.port());
-    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
-    if (i < 2) clients.back().readReply();  // the last one's comes with the end of the process
-  }
-  EXPECT_EQ(server.join(), 1);
+  failThreeFrames(server, Fault::lost);
 }
 
 // A kernel may still write where it was told to, and the driver may never return from destroying what it uses.
@@ -151,10 +160,7 @@ TEST(Recovery, ADeviceThatHangsIsLeftBehind) {
   server.control().band_ms = 5;
   server.control().hold_destruction = true;
   std::vector<WireClient> clients;
-  for (int i = 0; i < 2; ++i) {
-    clients.emplace_back(server.port());
-    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
-  }
+  ask(clients, server, 2);
   EXPECT_TRUE(eventually([&] { return server.control().under_way == 2; }));
   server.control().failCall(Fault::hangs, 1);
   EXPECT_TRUE(eventually([&] { return server.control().opened == 2; })) << "nobody waits for what hangs";
@@ -169,15 +175,7 @@ TEST(Recovery, ADeviceThatHangsIsLeftBehind) {
 TEST(Recovery, DevicesThatHangAreLeftBehindAFewTimes) {
   RunningServer server;
   server.expectDeviceLeftBehind();
-  std::vector<WireClient> clients;  // who closes is not drawn for
-  for (int i = 0; i < 3; ++i) {
-    EXPECT_TRUE(eventually([&] { return i == 0 || get(server.port(), "/readyz").status == 200; }));
-    server.control().failCall(Fault::hangs, 1);
-    clients.emplace_back(server.port());
-    clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
-    if (i < 2) clients.back().readReply();  // the last one's comes with the end of the process
-  }
-  EXPECT_EQ(server.join(), 1);
+  failThreeFrames(server, Fault::hangs);
   EXPECT_EQ(server.control().opened, 3);
   EXPECT_EQ(server.control().destroyed_hung, 0);
 }
@@ -359,10 +357,7 @@ TEST(Recovery, AServerIsDestroyedWithAllThatItHasToDo) {
     server.control().bands = 100;
     server.control().band_ms = 20;
     std::vector<WireClient> clients;
-    for (int i = 0; i < 12; ++i) {
-      clients.emplace_back(server.port());
-      clients.back().send(fmt::format("GET {}&fov={} HTTP/1.1\r\nHost: localhost\r\n\r\n", kRockPicture, 30 + i));
-    }
+    ask(clients, server, 12);
     clients.emplace_back(server.port());
     clients.back().send("GET /healthz HTT");
     StreamClient stream(server.port(), "rock");

@@ -30,7 +30,7 @@ class WireClient {
 
   void send(std::string_view bytes);  // gives up silently when the peer closes
   void finishSending();
-  // The next reply; `has_body` false for HEAD. Waits up to 10 s.
+  // The next reply; `has_body` false for HEAD. Waits up to two minutes.
   WireReply readReply(bool has_body = true);
   bool hasBytes();  // something can be read at once, the end also
   bool atEnd();     // nothing more comes, and the peer has closed
