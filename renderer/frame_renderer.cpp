@@ -10,7 +10,7 @@ namespace blockwalk {
 namespace {
 
 // Milliseconds that a pixel of some view may well take.
-constexpr double kSoftwareFloor = 1e-3;
+constexpr double kSoftwareFloor = 5e-4;
 constexpr double kHardwareFloor = 1e-5;
 
 constexpr Finder kQueryOrGrid[] = {Finder::query, Finder::grid};
