@@ -7,6 +7,12 @@ struct FieldValue {
   vec3 color;  // rgba8
 };
 
+// Densities of the two lowest voxels of a word.
+vec2 unpackPair(uint voxels) {
+  const uint mask = kVoxelType == kVoxelU8 ? 255u : 65535u;
+  return vec2(float(int(voxels & mask)), float(int(voxels >> (8 * kVoxelBytes) & mask)));
+}
+
 // Lower corner of the interpolation cell, counted from the apron's first voxel, and the place inside the cell.
 vec3 cellAt(vec3 place, out vec3 weight) {
   vec3 cell = clamp(floor(place + 0.5), vec3(0.0), vec3(kSubblockSide));
@@ -31,10 +37,9 @@ void loadCorners(uint64_t voxels, vec3 cell, out float v[8], out uint bits[8]) {
     uint first = wholeNumber(cell.x - 3.0 * in_row);
     uint word = wholeNumber(in_row + dot(cell.yz, vec2(kRowWords, kRowWords * kStride)));
     [[unroll]] for (int row = 0; row < 4; ++row) {
-      uint ends = loadOverlapping(voxels, word + uint(kRowWords * ((row & 1) + kStride * (row >> 1))), first);
-      const uint mask = kVoxelType == kVoxelU8 ? 255u : 65535u;
-      v[2 * row] = float(int(ends & mask));
-      v[2 * row + 1] = float(int(ends >> (8 * kVoxelBytes) & mask));
+      vec2 ends = unpackPair(loadOverlapping(voxels, word + uint(kRowWords * ((row & 1) + kStride * (row >> 1))), first));
+      v[2 * row] = ends.x;
+      v[2 * row + 1] = ends.y;
     }
     return;
   }
@@ -71,14 +76,70 @@ FieldValue fieldAt(uint64_t voxels, vec3 place) {
   return FieldValue(lerpCorners(density, weight), value.a > 0.0 ? value.rgb / value.a : vec3(0.0));
 }
 
-// Index-space gradient by central differences over one voxel, which stay inside the apron.
-vec3 gradientAt(uint64_t voxels, vec3 place) {
-  vec3 gradient;
-  for (int axis = 0; axis < 3; ++axis) {
-    vec3 shift = vec3(axis == 0 ? 0.5 : 0.0, axis == 1 ? 0.5 : 0.0, axis == 2 ? 0.5 : 0.0);
-    gradient[axis] = densityAt(voxels, place + shift) - densityAt(voxels, place - shift);
+// Of the row with y and z of `at`, all counted from the apron's first voxel: two voxels from x on.
+vec2 rowPair(uint64_t voxels, vec3 at) {
+  if (kOverlaps) {
+    float in_row = floor((at.x + 0.5) * (1.0 / 3.0));
+    uint word = wholeNumber(in_row + dot(at.yz, vec2(kRowWords, kRowWords * kStride)));
+    return unpackPair(loadOverlapping(voxels, word, wholeNumber(at.x - 3.0 * in_row)));
   }
-  return gradient;
+  uint index = wholeNumber(dot(at, voxelStrides()));
+  uint bits;
+  return vec2(loadDensity(voxels, index, bits), loadDensity(voxels, index + 1u, bits));
+}
+
+// Three voxels: where they are not in one word the last is the second of the next.
+vec3 rowTriple(uint64_t voxels, vec3 at) {
+  if (kOverlaps) {
+    float in_row = floor((at.x + 0.5) * (1.0 / 3.0));
+    float first = at.x - 3.0 * in_row;
+    uint word = wholeNumber(in_row + dot(at.yz, vec2(kRowWords, kRowWords * kStride)));
+    bool last = first > 1.5;
+    vec2 ends = unpackPair(loadOverlapping(voxels, word, wholeNumber(first)));
+    vec2 next = unpackPair(loadOverlapping(voxels, last ? word + 1u : word, last ? 1u : wholeNumber(first) + 2u));
+    return vec3(ends, next.x);
+  }
+  uint bits;
+  return vec3(rowPair(voxels, at), loadDensity(voxels, wholeNumber(dot(at, voxelStrides())) + 2u, bits));
+}
+
+float between(float a, float b, float weight) { return fma(b - a, weight, a); }
+
+// Between the last two of three minus between the first two.
+float slopeOf(float a, float b, float c, float weight) { return between(b, c, weight) - between(a, b, weight); }
+
+// Index-space gradient by central differences over one voxel, which stay inside the apron. The six samples of the field have 48
+// corners, but lie in 8 rows: four that go through the cell at `place`, of three voxels along x, and beside these two along y
+// and two along z, of two voxels.
+vec3 gradientAt(uint64_t voxels, vec3 place) {
+  vec3 weight;
+  vec3 cell = cellAt(place, weight);
+  vec3 low = clamp(floor(place), vec3(0.0), vec3(kSubblockSide - 1));  // the cell of the lower sample along each axis
+  vec3 low_weight = place - low;                                      // of both samples, half a voxel before and behind
+  bvec3 lower = equal(cell, low);                                     // else the cell is that of the upper sample
+  vec3 beside = mix(low, low + 2.0, lower);
+  float through[4], slope_x[4], beside_y[2], beside_z[2];
+  [[unroll]] for (int i = 0; i < 4; ++i) {
+    vec3 row = rowTriple(voxels, vec3(low.x, cell.y + float(i & 1), cell.z + float(i >> 1)));
+    vec2 ends = lower.x ? row.xy : row.yz;
+    through[i] = between(ends.x, ends.y, weight.x);
+    slope_x[i] = slopeOf(row.x, row.y, row.z, low_weight.x);
+  }
+  [[unroll]] for (int i = 0; i < 2; ++i) {
+    vec2 y_row = rowPair(voxels, vec3(cell.x, beside.y, cell.z + float(i)));
+    vec2 z_row = rowPair(voxels, vec3(cell.x, cell.y + float(i), beside.z));
+    beside_y[i] = between(y_row.x, y_row.y, weight.x);
+    beside_z[i] = between(z_row.x, z_row.y, weight.x);
+  }
+  float slope_y[2], slope_z[2];
+  [[unroll]] for (int i = 0; i < 2; ++i) {
+    slope_y[i] = lower.y ? slopeOf(through[2 * i], through[2 * i + 1], beside_y[i], low_weight.y)
+                         : slopeOf(beside_y[i], through[2 * i], through[2 * i + 1], low_weight.y);
+    slope_z[i] = lower.z ? slopeOf(through[i], through[i + 2], beside_z[i], low_weight.z)
+                         : slopeOf(beside_z[i], through[i], through[i + 2], low_weight.z);
+  }
+  return vec3(between(between(slope_x[0], slope_x[1], weight.y), between(slope_x[2], slope_x[3], weight.y), weight.z),
+              between(slope_y[0], slope_y[1], weight.z), between(slope_z[0], slope_z[1], weight.y));
 }
 
 // The same for a voxel of filter nearest: over its two neighbours along each axis.
