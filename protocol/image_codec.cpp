@@ -4,6 +4,7 @@
 #include <png.h>
 #include <turbojpeg.h>
 #include <webp/encode.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <bit>
@@ -19,7 +20,8 @@
 namespace blockwalk {
 namespace {
 
-constexpr int kPngLevel = 2;
+// Of rendered pictures runs alone are faster than a search for matches, and as small or smaller (docs/performance.md).
+constexpr int kPngLevel = 1;
 constexpr int kFullChromaQuality = 90;
 constexpr int kWebpMethod = 2;         // 0 (fastest) to 6; below 2 libwebp refuses large noisy pictures
 constexpr int kWebpLosslessLevel = 1;  // 0 (fastest) to 9; 0 is no smaller than PNG
@@ -79,6 +81,7 @@ bool writePng(PngOutput& output, const PngShape& shape, const FillRow& fill_row,
   png_set_IHDR(png, info, static_cast<png_uint_32>(shape.width), static_cast<png_uint_32>(shape.height), shape.bits,
                shape.color_type, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
   png_set_compression_level(png, kPngLevel);
+  png_set_compression_strategy(png, Z_RLE);
   png_set_filter(png, PNG_FILTER_TYPE_BASE, PNG_FILTER_SUB);
   png_write_info(png, info);
   for (int y = 0; y < shape.height; ++y) {
