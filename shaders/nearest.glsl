@@ -38,13 +38,6 @@ void addVoxel(int c, Ray ray, uint64_t address, Dda voxels, float length_t, vec3
   uint bits;
   uint index = voxelIndex(voxels.index);
   float density = loadDensity(address, index, bits);
-  if (kStraight) {
-    bool visible = !kTestVoxel || isInRange(c, density);
-    Sample s = shadeVoxel(c, visible ? density : scene.channels[c].density_lo, bits);  // NaN is no index of a table
-    s.extinction = visible ? s.extinction : 0.0;
-    gather(s, voxels.t, max(length_t, 0.0), ink);
-    return;
-  }
   if (!(length_t > 0.0) || (kTestVoxel && !isInRange(c, density))) return;
   Sample s = shadeVoxel(c, density, bits);
   if (!isVisible(density, s)) return;
@@ -69,14 +62,43 @@ void integrateVoxel(Ray ray, SubblockVoxels subblock, Dda voxels, float t_end, v
   if (kChannels > 1 && mixture.extinction > 0.0) showVoxel(mixture, voxels, length_t, corner, ink);
 }
 
+// Where each voxel is gathered without a branch (kStraight). The next one is loaded before the one at hand is shaded, so that
+// its way from memory is not waited for.
+void integrateStraight(Ray ray, uint64_t address, Dda voxels, float t_end, inout Ink ink, inout Work work) {
+  uint bits;
+  float density = loadDensity(address, voxelIndex(voxels.index), bits);
+  for (int i = 0; i <= 3 * kSubblockSide; ++i) {
+    if (kTally) work.voxel_steps += 1u;
+    bool ends = voxels.t_exit >= t_end;
+    float t = voxels.t;
+    float length_t = max(min(voxels.t_exit, t_end) - t, 0.0);
+    bool visible = !kTestVoxel || isInRange(0, density);
+    float shown = visible ? density : scene.channels[0].density_lo;  // NaN is no index of a table
+    uint shown_bits = bits;
+    if (!ends) {
+      stepDda(ray, 1.0, latticeStrides(vec3(kSubblockSide)), voxels);
+      density = loadDensity(address, voxelIndex(voxels.index), bits);
+    }
+    Sample s = shadeVoxel(0, shown, shown_bits);
+    s.extinction = visible ? s.extinction : 0.0;
+    gather(s, t, length_t, ink);
+    if (ends) return;
+  }
+  work.loop_bound_hits += 1u;
+}
+
 void integrateNearest(Ray ray, SubblockVoxels subblock, vec3 corner, float t_begin, float t_end, inout Ink ink,
                       inout Work work) {
   const vec3 strides = latticeStrides(vec3(kSubblockSide));
   Dda voxels = enterDda(ray, corner, 1.0, vec3(kSubblockSide), strides, t_begin);
+  if (kStraight) {
+    integrateStraight(ray, subblock.at[0], voxels, t_end, ink, work);
+    return;
+  }
   for (int i = 0; i <= 3 * kSubblockSide; ++i) {
     if (kTally) work.voxel_steps += 1u;
     integrateVoxel(ray, subblock, voxels, t_end, corner, ink);
-    if ((!kStraight && ink.done) || voxels.t_exit >= t_end) return;
+    if (ink.done || voxels.t_exit >= t_end) return;
     stepDda(ray, 1.0, strides, voxels);
   }
   work.loop_bound_hits += 1u;
