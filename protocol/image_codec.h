@@ -12,7 +12,7 @@
 
 namespace blockwalk {
 
-// png: RGB when every pixel is opaque, else RGBA, straight; lossless, tuned for speed (zlib level 2).
+// png: RGB when every pixel is opaque, else RGBA, straight; lossless, tuned for speed (zlib, runs only).
 // jpeg: `quality` 1..100; 4:4:4 from quality 90 on, else 4:2:0. It has no opacity: the
 // frame is composited over black.
 // webp: `quality` 1..99 lossy, 4:2:0, with the opacity as it is; 100 lossless, every pixel as it is, also the colour of

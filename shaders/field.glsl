@@ -114,9 +114,10 @@ float slopeOf(float a, float b, float c, float weight) { return between(b, c, we
 vec3 gradientAt(uint64_t voxels, vec3 place) {
   vec3 weight;
   vec3 cell = cellAt(place, weight);
-  vec3 low = clamp(floor(place), vec3(0.0), vec3(kSubblockSide - 1));  // the cell of the lower sample along each axis
-  vec3 low_weight = place - low;                                      // of both samples, half a voxel before and behind
-  bvec3 lower = equal(cell, low);                                     // else the cell is that of the upper sample
+  // Along each axis, the cell of the sample half a voxel before `place`; at the far end the one before that, its weight 1.
+  vec3 low = clamp(floor(place), vec3(0.0), vec3(kSubblockSide - 1));
+  vec3 low_weight = place - low;   // of both samples
+  bvec3 lower = equal(cell, low);  // whether the cell at `place` is that of the lower sample, else of the upper
   vec3 beside = mix(low, low + 2.0, lower);
   float through[4], slope_x[4], beside_y[2], beside_z[2];
   [[unroll]] for (int i = 0; i < 4; ++i) {

@@ -65,6 +65,7 @@ void integrateVoxel(Ray ray, SubblockVoxels subblock, Dda voxels, float t_end, v
 // Where each voxel is gathered without a branch (kStraight). The next one is loaded before the one at hand is shaded, so that
 // its way from memory is not waited for.
 void integrateStraight(Ray ray, uint64_t address, Dda voxels, float t_end, inout Ink ink, inout Work work) {
+  const vec3 strides = latticeStrides(vec3(kSubblockSide));
   uint bits;
   float density = loadDensity(address, voxelIndex(voxels.index), bits);
   for (int i = 0; i <= 3 * kSubblockSide; ++i) {
@@ -76,7 +77,7 @@ void integrateStraight(Ray ray, uint64_t address, Dda voxels, float t_end, inout
     float shown = visible ? density : scene.channels[0].density_lo;  // NaN is no index of a table
     uint shown_bits = bits;
     if (!ends) {
-      stepDda(ray, 1.0, latticeStrides(vec3(kSubblockSide)), voxels);
+      stepDda(ray, 1.0, strides, voxels);
       density = loadDensity(address, voxelIndex(voxels.index), bits);
     }
     Sample s = shadeVoxel(0, shown, shown_bits);
