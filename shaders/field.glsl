@@ -7,12 +7,6 @@ struct FieldValue {
   vec3 color;  // rgba8
 };
 
-// Densities of the two lowest voxels of a word.
-vec2 unpackPair(uint voxels) {
-  const uint mask = kVoxelType == kVoxelU8 ? 255u : 65535u;
-  return vec2(float(int(voxels & mask)), float(int(voxels >> (8 * kVoxelBytes) & mask)));
-}
-
 // Lower corner of the interpolation cell, counted from the apron's first voxel, and the place inside the cell.
 vec3 cellAt(vec3 place, out vec3 weight) {
   vec3 cell = clamp(floor(place + 0.5), vec3(0.0), vec3(kSubblockSide));
@@ -22,22 +16,32 @@ vec3 cellAt(vec3 place, out vec3 weight) {
 
 // Not mix(): between equal values this gives just that value, so that a plateau has one density and no gradient.
 vec4 between(vec4 a, vec4 b, float weight) { return fma(b - a, vec4(weight), a); }
+float between(float a, float b, float weight) { return fma(b - a, weight, a); }
 
 float lerpCorners(float v[8], vec3 weight) {
   vec4 along_x = between(vec4(v[0], v[2], v[4], v[6]), vec4(v[1], v[3], v[5], v[7]), weight.x);
   vec2 along_y = fma(along_x.yw - along_x.xz, vec2(weight.y), along_x.xz);
-  return fma(along_y.y - along_y.x, weight.z, along_y.x);
+  return between(along_y.x, along_y.y, weight.z);
+}
+
+// Where the two voxels from `at` on lie that are beside each other along x: in which word, and from which voxel of it on.
+struct PairPlace {
+  uint word;
+  uint first;
+};
+
+PairPlace pairPlace(vec3 at) {
+  float in_row = floor((at.x + 0.5) * (1.0 / 3.0));
+  return PairPlace(wholeNumber(in_row + dot(at.yz, vec2(kRowWords, kRowWords * kStride))), wholeNumber(at.x - 3.0 * in_row));
 }
 
 // Densities at the corners of a cell: bit 0 of a corner's number is one step along x, bit 1 along y, bit 2 along z.
 // rgba8 gives the voxels in `bits` too.
 void loadCorners(uint64_t voxels, vec3 cell, out float v[8], out uint bits[8]) {
   if (kOverlaps) {
-    float in_row = floor((cell.x + 0.5) * (1.0 / 3.0));
-    uint first = wholeNumber(cell.x - 3.0 * in_row);
-    uint word = wholeNumber(in_row + dot(cell.yz, vec2(kRowWords, kRowWords * kStride)));
+    PairPlace place = pairPlace(cell);
     [[unroll]] for (int row = 0; row < 4; ++row) {
-      vec2 ends = unpackPair(loadOverlapping(voxels, word + uint(kRowWords * ((row & 1) + kStride * (row >> 1))), first));
+      vec2 ends = loadPair(voxels, place.word + uint(kRowWords * ((row & 1) + kStride * (row >> 1))), place.first);
       v[2 * row] = ends.x;
       v[2 * row + 1] = ends.y;
     }
@@ -79,9 +83,8 @@ FieldValue fieldAt(uint64_t voxels, vec3 place) {
 // Of the row with y and z of `at`, all counted from the apron's first voxel: two voxels from x on.
 vec2 rowPair(uint64_t voxels, vec3 at) {
   if (kOverlaps) {
-    float in_row = floor((at.x + 0.5) * (1.0 / 3.0));
-    uint word = wholeNumber(in_row + dot(at.yz, vec2(kRowWords, kRowWords * kStride)));
-    return unpackPair(loadOverlapping(voxels, word, wholeNumber(at.x - 3.0 * in_row)));
+    PairPlace place = pairPlace(at);
+    return loadPair(voxels, place.word, place.first);
   }
   uint index = wholeNumber(dot(at, voxelStrides()));
   uint bits;
@@ -91,19 +94,14 @@ vec2 rowPair(uint64_t voxels, vec3 at) {
 // Three voxels: where they are not in one word the last is the second of the next.
 vec3 rowTriple(uint64_t voxels, vec3 at) {
   if (kOverlaps) {
-    float in_row = floor((at.x + 0.5) * (1.0 / 3.0));
-    float first = at.x - 3.0 * in_row;
-    uint word = wholeNumber(in_row + dot(at.yz, vec2(kRowWords, kRowWords * kStride)));
-    bool last = first > 1.5;
-    vec2 ends = unpackPair(loadOverlapping(voxels, word, wholeNumber(first)));
-    vec2 next = unpackPair(loadOverlapping(voxels, last ? word + 1u : word, last ? 1u : wholeNumber(first) + 2u));
-    return vec3(ends, next.x);
+    PairPlace place = pairPlace(at);
+    bool last = place.first == 2u;
+    vec2 next = loadPair(voxels, last ? place.word + 1u : place.word, last ? 1u : place.first + 2u);
+    return vec3(loadPair(voxels, place.word, place.first), next.x);
   }
   uint bits;
   return vec3(rowPair(voxels, at), loadDensity(voxels, wholeNumber(dot(at, voxelStrides())) + 2u, bits));
 }
-
-float between(float a, float b, float weight) { return fma(b - a, weight, a); }
 
 // Between the last two of three minus between the first two.
 float slopeOf(float a, float b, float c, float weight) { return between(b, c, weight) - between(a, b, weight); }

@@ -23,6 +23,13 @@ uint loadOverlapping(uint64_t voxels, uint word, uint first) {
   return uint(U64Array(voxels).at[word] >> (16u * first));
 }
 
+// Densities of two of them, from `first` on.
+vec2 loadPair(uint64_t voxels, uint word, uint first) {
+  const uint mask = kVoxelType == kVoxelU8 ? 255u : 65535u;
+  uint ends = loadOverlapping(voxels, word, first);
+  return vec2(float(int(ends & mask)), float(int(ends >> (8 * kVoxelBytes) & mask)));
+}
+
 uint loadSmall(uint64_t voxels, uint index) {
   const uint mask = kVoxelType == kVoxelU8 ? 255u : 65535u;
   if (kOverlaps) {
