@@ -70,11 +70,13 @@ class Stream:
 
 
 class Viewer:
-    """Frames as they come, on a thread; views on another, 30 a second."""
+    """Frames as they come, on a thread; views on another, so many a second."""
 
-    def __init__(self, address, port, volume):
+    def __init__(self, address, port, volume, views_a_second=30, size=(1024, 768), filter_name="linear"):
         self.stream = Stream(address, port, volume)
-        self.size = [1024, 768]
+        self.pause = 1 / views_a_second
+        self.size = list(size)
+        self.filter = filter_name
         self.arrivals = []  # (time, header)
         self.failure = None
         self.ended = False
@@ -87,16 +89,16 @@ class Viewer:
         number = 0
         while not self.ended:
             number += 1
-            angle = 0.02 * number
+            angle = 0.6 * number * self.pause
             message = {"type": "view", "id": number, "size": self.size, "fov": 40 + 2 * abs((angle % 2) - 1),
-                       "filter": "linear"}
+                       "filter": self.filter}
             try:
                 with self.lock:
                     self.stream.send_json(message)
             except OSError as error:
                 self.failure = error
                 return
-            time.sleep(1 / 30)
+            time.sleep(self.pause)
 
     def receive(self):
         try:

@@ -55,36 +55,43 @@ void FrameMaker::cancel(std::atomic<bool>& flag) {
   renderer_.wake();
 }
 
-boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
-  const auto room =
-      std::make_shared<PixelRoom::Lease>(room_, useOf(order.account), order.account.peer, pixelCount(order.frame.view));
+boost::asio::awaitable<DrawnFrame> FrameMaker::draw(ImageOrder order) {
+  const PixelRoom::Use use = useOf(order.account);
+  DrawnFrame drawn{
+      .account = order.account,
+      .format = order.format,
+      .quality = order.quality,
+      // Whose client has left since is not encoded; a stream's frame that is late is still its newest.
+      .given_up = use == PixelRoom::Use::request ? order.frame.cancel : nullptr,
+      .frame = nullptr,
+      .room = std::make_shared<PixelRoom::Lease>(room_, use, order.account.peer, pixelCount(order.frame.view))};
   const auto render = [&](Answer<RenderResult> done) {
     renderer_.submit(order.account, {.volume = order.volume, .frame = order.frame, .done = std::move(done)});
   };
   RenderResult rendered = co_await awaitResult<RenderResult>(mailbox_, render);
   if (rendered.error) std::rethrow_exception(rendered.error);
-  MadeFrame made{.cancelled = rendered.frame.cancelled,
-                 .width = rendered.frame.width,
-                 .height = rendered.frame.height,
-                 .stats = rendered.frame.stats,
-                 .encode_ms = 0,
-                 .image = {},
-                 .room = {}};
-  if (made.cancelled) {
+  if (rendered.frame.cancelled) {
     ++counters_.cancelled;
-    co_return made;
+    co_return drawn;
   }
   ++counters_.drawn;
   counters_.render_time.add(rendered.took_ms / 1000);
   counters_.wait_time.add(rendered.waited_ms / 1000);
-  auto frame = std::make_shared<const Frame>(std::move(rendered.frame));
-  const bool is_request = useOf(order.account) == PixelRoom::Use::request;
+  drawn.frame = std::make_shared<const Frame>(std::move(rendered.frame));
+  co_return drawn;
+}
+
+boost::asio::awaitable<MadeFrame> FrameMaker::encode(DrawnFrame drawn) {
+  MadeFrame made;
+  made.cancelled = drawn.frame == nullptr;
+  if (made.cancelled) co_return made;
+  made.width = drawn.frame->width;
+  made.height = drawn.frame->height;
+  made.stats = drawn.frame->stats;
   EncodeQueue::Place* place = nullptr;
   const auto encode = [&](Answer<EncodeResult> done) {
-    // Whose client has left since is not encoded; a stream's frame that is late is still its newest.
-    const auto given_up = is_request ? order.frame.cancel : nullptr;
-    auto work = [frame = std::move(frame), format = order.format, quality = order.quality, given_up,
-                 done = std::move(done)](std::exception_ptr error) mutable {
+    auto work = [frame = std::move(drawn.frame), format = drawn.format, quality = drawn.quality,
+                 given_up = drawn.given_up, done = std::move(done)](std::exception_ptr error) mutable {
       if (given_up != nullptr && *given_up) {
         done({.cancelled = true});
       } else if (error) {
@@ -93,7 +100,7 @@ boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
         done(encodeTimed(std::move(frame), format, quality));
       }
     };
-    place = &encodes_.add(order.account, order.format, std::int64_t{made.width} * made.height, std::move(work));
+    place = &encodes_.add(drawn.account, drawn.format, std::int64_t{made.width} * made.height, std::move(work));
   };
   EncodeResult encoded = co_await awaitResult<EncodeResult>(mailbox_, encode);
   if (place != nullptr) encodes_.finish(*place, encoded.ms);
@@ -106,9 +113,14 @@ boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
   counters_.encode_time.add(encoded.ms / 1000);
   made.encode_ms = encoded.ms;
   made.image = std::move(encoded.image);
-  room->setBytes(made.image.size());
-  made.room = room;
+  drawn.room->setBytes(made.image.size());
+  made.room = std::move(drawn.room);
   co_return made;
+}
+
+boost::asio::awaitable<MadeFrame> FrameMaker::make(ImageOrder order) {
+  DrawnFrame drawn = co_await draw(std::move(order));
+  co_return co_await encode(std::move(drawn));
 }
 
 }  // namespace blockwalk

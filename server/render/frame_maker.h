@@ -35,6 +35,16 @@ struct MadeFrame {
   std::shared_ptr<void> room;  // held while the bytes are: see PixelRoom
 };
 
+// On its way from the device to the encoder.
+struct DrawnFrame {
+  Account account{};
+  ImageFormat format = ImageFormat::png;
+  int quality = 85;
+  std::shared_ptr<const std::atomic<bool>> given_up;  // where set and true, it is not encoded
+  std::shared_ptr<const Frame> frame;                 // null: it was cancelled
+  std::shared_ptr<PixelRoom::Lease> room;
+};
+
 class FrameMaker {
  public:
   // Pictures have place in `room`, and are counted in `counters`. `encoders` has `encode_threads`.
@@ -44,8 +54,11 @@ class FrameMaker {
 
   // May a frame of this size be ordered now?
   bool hasRoom(const Account& account, const ViewChoices& view) const;
-  // Throws what the renderer or the encoder threw. Pass an order that has a name: GCC 12 destroys a braced temporary
+  // Throw what the renderer or the encoder threw. Pass arguments that have a name: GCC 12 destroys a braced temporary
   // inside a co_await expression twice, which ends in a crash now and then.
+  boost::asio::awaitable<DrawnFrame> draw(ImageOrder order);
+  boost::asio::awaitable<MadeFrame> encode(DrawnFrame drawn);
+  // One after the other.
   boost::asio::awaitable<MadeFrame> make(ImageOrder order);
   // The flag of an order is set, and the order ends at its next turn, which comes at once.
   void cancel(std::atomic<bool>& flag);

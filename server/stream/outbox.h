@@ -17,19 +17,12 @@
 #include "server/base/signal.h"
 #include "server/http/wire_stream.h"
 #include "server/state/services.h"
+#include "server/stream/out_frame.h"
 
 namespace blockwalk {
 
 // Frames are compressed already: without deflate.
 using WebSocket = boost::beast::websocket::stream<WireStream, false>;
-
-// The image stays where it is.
-struct OutFrame {
-  std::vector<std::byte> head;
-  Bytes image;
-  std::string text_after;      // is sent right after it, unless empty
-  std::shared_ptr<void> room;  // held while the image is: see PixelRoom
-};
 
 // Belongs to the socket thread, and to a session that owns the socket and outlives write().
 class StreamOutbox {

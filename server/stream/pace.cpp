@@ -40,7 +40,7 @@ void StreamPace::setLimits(std::optional<double> fps, std::optional<std::uint64_
 }
 
 bool StreamPace::acknowledge(std::uint64_t id) {
-  if (!has_shown_ || id > shown_id_) return false;
+  if (!sent_id_ || id > *sent_id_) return false;
   if (!in_flight_.empty() && in_flight_.front() <= id) blocked_since_.reset();
   while (!in_flight_.empty() && in_flight_.front() < id) in_flight_.pop_front();
   if (!in_flight_.empty() && in_flight_.front() == id) in_flight_.pop_front();
@@ -57,6 +57,7 @@ PaceStep StreamPace::next(Clock::time_point now) {
     if (!blocked_since_) blocked_since_ = now;
     return {};
   }
+  if (limits_.max_bytes_per_second && unsent_ > 0) return {};  // its bytes are not known yet
   PaceStep step{.kind = is_shown ? PaceStep::Kind::still : PaceStep::Kind::moving, .when = now, .id = newest_id_};
   if (step.kind == PaceStep::Kind::moving) {
     step.scale = scale_;
@@ -79,7 +80,7 @@ bool StreamPace::shouldCancel(const PaceStep& step, Clock::time_point begin, Clo
   return step.scale > kSmallestScale && now - begin > std::max<Clock::duration>(kLongFrame, seconds(4 / limits_.fps));
 }
 
-void StreamPace::frameSent(const PaceStep& step, double cost_ms, std::size_t bytes, Clock::time_point now) {
+void StreamPace::frameDrawn(const PaceStep& step) {
   if (!has_shown_ || step.id > shown_id_) {
     // Views that came after this one's still wait; those before it were never shown.
     const std::uint64_t newer = step.id == newest_id_ ? 0 : 1;
@@ -91,12 +92,19 @@ void StreamPace::frameSent(const PaceStep& step, double cost_ms, std::size_t byt
   shown_final_ = step.is_last;
   if (step.kind == PaceStep::Kind::still && step.id == newest_id_) still_samples_ = step.samples_end;
   in_flight_.push_back(step.id);
+  ++unsent_;
+}
+
+void StreamPace::frameSent(const PaceStep& step, double cost_ms, std::size_t bytes, Clock::time_point now) {
+  --unsent_;
+  sent_id_ = step.id;
   if (limits_.max_bytes_per_second) {
     const double share = static_cast<double>(bytes) / static_cast<double>(*limits_.max_bytes_per_second);
     link_free_ = std::max(link_free_, now) + seconds(share);
   }
   if (step.kind == PaceStep::Kind::still) return;
-  judgeCost(cost_ms, now);
+  // One that was under way when the scale changed says nothing about the new one.
+  if (step.scale == scale_) judgeCost(cost_ms, now);
   judgeLink(bytes, now);
 }
 
@@ -110,6 +118,13 @@ void StreamPace::frameFailed(const PaceStep& step) {
   has_shown_ = true;
   shown_id_ = step.id;
   shown_final_ = true;
+}
+
+void StreamPace::sendingFailed(const PaceStep& step) {
+  // Less is in flight only where a client acknowledges what it has not yet had.
+  const auto unsent = static_cast<std::size_t>(unsent_--);
+  if (in_flight_.size() >= unsent) in_flight_.erase(in_flight_.end() - static_cast<std::ptrdiff_t>(unsent));
+  if (step.id == shown_id_) shown_final_ = true;
 }
 
 void StreamPace::judgeCost(double cost_ms, Clock::time_point now) {

@@ -68,10 +68,14 @@ class StreamPace {
   bool shouldCancel(const PaceStep& step, Clock::time_point begin, Clock::time_point now) const;
 
   void frameStarted(Clock::time_point now) { last_start_ = now; }
+  // It is in flight from now on, and the next one may be drawn while this one is encoded.
+  void frameDrawn(const PaceStep& step);
+  // Frames are sent in the order in which they were drawn. The cost is of what the frames after it waited for.
   void frameSent(const PaceStep& step, double cost_ms, std::size_t bytes, Clock::time_point now);
   void frameCancelled(const PaceStep& step);
-  // The view cannot be drawn; nothing more is tried until another comes.
+  // The view cannot be drawn or, drawn, not be sent; nothing more is tried until another comes.
   void frameFailed(const PaceStep& step);
+  void sendingFailed(const PaceStep& step);
 
   std::uint64_t newestId() const { return newest_id_; }
   std::uint64_t droppedViews() const { return dropped_views_; }
@@ -99,7 +103,8 @@ class StreamPace {
   PaceLimits limits_;
   std::uint64_t newest_id_ = 0;
   bool has_view_ = false;
-  std::uint64_t shown_id_ = 0;
+  std::optional<std::uint64_t> sent_id_;
+  std::uint64_t shown_id_ = 0;  // drawn, at least
   bool has_shown_ = false;
   bool shown_final_ = false;
   std::uint64_t views_waiting_ = 0;  // came since the view that was shown last
@@ -120,6 +125,7 @@ class StreamPace {
   Clock::time_point last_start_{};
   Clock::time_point link_free_{};  // when the bytes sent so far fit max_bytes_per_second
   std::deque<std::uint64_t> in_flight_;
+  int unsent_ = 0;  // of these, the last
 };
 
 }  // namespace blockwalk

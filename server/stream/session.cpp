@@ -8,7 +8,6 @@
 #include <boost/beast/websocket.hpp>
 #include <nlohmann/json.hpp>
 
-#include "protocol/image_codec.h"
 #include "protocol/json_text.h"
 #include "protocol/stream_messages.h"
 #include "server/base/reason.h"
@@ -31,7 +30,7 @@ constexpr std::chrono::milliseconds kRoomTime{20};
 
 // Open while it reads, draws and writes. Closing: what is under way is finished and the close frame written, while what
 // the client still sends is dropped. Gone: the client is, or cannot be served; nothing more is drawn or written.
-// paint() owns the way from closing to the close frame, vanish() the end.
+// paint() and after it deliver() own the way from closing to the close frame, vanish() the end.
 class StreamSession final : public OpenStream, public std::enable_shared_from_this<StreamSession> {
  public:
   StreamSession(WebSocket socket, Services& services, std::shared_ptr<const ServedVolume> volume, std::uint64_t peer,
@@ -42,6 +41,7 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
 
   asio::awaitable<void> read();
   asio::awaitable<void> paint();
+  asio::awaitable<void> deliver();
   asio::awaitable<void> write();
   void sayHello();
   const ServedVolume& volume() const override { return *volume_; }
@@ -62,6 +62,7 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   void push(std::string text) { outbox_.push(std::move(text)); }
   asio::awaitable<void> throttle(std::size_t bytes);
   asio::awaitable<void> paintOne(PaceStep step);
+  asio::awaitable<void> deliverOne();
   ImageOrder orderOf(const PaceStep& step) const;
   Clock::time_point patienceEnd() const;
 
@@ -82,13 +83,27 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   Clock::time_point paint_begin_{};
   std::shared_ptr<std::atomic<bool>> cancel_;
 
+  // What was drawn and is not yet encoded, while the next one may be drawn.
+  struct Undelivered {
+    PaceStep step;
+    DrawnFrame frame;
+    double cost_ms;
+  };
+  std::optional<Undelivered> undelivered_;
+  bool has_painted_ = false;  // the last
+
   State state_ = State::open;
   websocket::close_code close_code_ = websocket::close_code::normal;
 
   Signal paint_signal_;
+  Signal deliver_signal_;
   Signal room_signal_;
   StreamOutbox outbox_;
 };
+
+double msSince(Clock::time_point begin) {
+  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
+}
 
 // A stream is a group of its own: among those of a peer, and beside its requests, it has its share.
 Account accountOf(std::uint64_t peer, std::uint64_t client) {
@@ -108,10 +123,12 @@ StreamSession::StreamSession(WebSocket socket, Services& services, std::shared_p
              .max_bytes_per_second = {}}),
       rate_(services.state.options.message_rate, services.state.options.message_bytes),
       paint_signal_(socket_.get_executor()),
+      deliver_signal_(socket_.get_executor()),
       room_signal_(socket_.get_executor()),
       outbox_(socket_, services, [this] {
         room_signal_.notify();
         paint_signal_.notify();
+        deliver_signal_.notify();
       }) {
   services_.streams.insert(this);
   ++services_.state.counters.sessions;
@@ -140,6 +157,7 @@ void StreamSession::vanish() {
   if (cancel_) services_.frames.cancel(*cancel_);
   outbox_.abandon();
   paint_signal_.notify();
+  deliver_signal_.notify();
   room_signal_.notify();
 }
 
@@ -225,7 +243,7 @@ asio::awaitable<void> StreamSession::paint() {
       close(websocket::close_code::policy_error);
     } else if (step.kind == PaceStep::Kind::wait) {
       co_await paint_signal_.wait(std::min(step.when, patienceEnd()));
-    } else if (outbox_.hasFrame()) {
+    } else if (outbox_.hasFrame() || undelivered_) {
       co_await paint_signal_.wait();
     } else if (!services_.frames.hasRoom(account_, view_.drawn(step))) {
       co_await paint_signal_.wait(now + kRoomTime);
@@ -233,7 +251,8 @@ asio::awaitable<void> StreamSession::paint() {
       co_await paintOne(step);
     }
   }
-  if (state_ == State::closing) outbox_.finish(close_code_);
+  has_painted_ = true;
+  deliver_signal_.notify();
 }
 
 // When a client that acknowledges nothing though a frame is due is given up.
@@ -256,11 +275,11 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
   cancel_ = std::make_shared<std::atomic<bool>>(false);
   pace_.frameStarted(paint_begin_);
   ImageOrder order;
-  MadeFrame made;
+  DrawnFrame drawn;
   std::exception_ptr thrown;
   try {
     order = orderOf(step);
-    made = co_await services_.frames.make(order);
+    drawn = co_await services_.frames.draw(order);
   } catch (...) {
     thrown = std::current_exception();
   }
@@ -271,29 +290,57 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
     push(errorMessage(problemOf(thrown), step.id));
     co_return;
   }
-  if (made.cancelled) {
+  if (drawn.frame == nullptr) {
     pace_.frameCancelled(step);
     co_return;
   }
-  const auto now = Clock::now();
-  const double cost_ms = std::chrono::duration<double, std::milli>(now - paint_begin_).count();
-  pace_.frameSent(step, cost_ms, made.image.size(), now);
-  const FrameHeader header{.id = step.id,
-                           .seq = ++last_seq_,
-                           .width = made.width,
-                           .height = made.height,
-                           .format = std::string(imageFormatName(order.format)),
-                           .level = made.stats.level,
-                           .final = step.is_last,
-                           .scale = step.scale,
-                           .samples = step.samples_end,
-                           .gpu_ms = made.stats.gpu_ms,
-                           .encode_ms = made.encode_ms,
-                           .dropped = pace_.droppedViews()};
-  outbox_.put({.head = frameHead(header),
-               .image = made.image,
-               .text_after = step.is_last ? statsMessage(step.id, last_seq_, made.stats) : std::string(),
-               .room = std::move(made.room)});
+  pace_.frameDrawn(step);
+  undelivered_ = {.step = step, .frame = std::move(drawn), .cost_ms = msSince(paint_begin_)};
+  deliver_signal_.notify();
+}
+
+asio::awaitable<void> StreamSession::deliver() {
+  while (state_ != State::gone) {
+    if (undelivered_) {
+      co_await deliverOne();
+    } else if (has_painted_) {
+      break;
+    } else {
+      co_await deliver_signal_.wait();
+    }
+  }
+  if (state_ == State::closing) outbox_.finish(close_code_);
+}
+
+asio::awaitable<void> StreamSession::deliverOne() {
+  const auto begin = Clock::now();
+  Undelivered next = std::move(*undelivered_);
+  undelivered_.reset();
+  paint_signal_.notify();
+  const PaceStep step = next.step;
+  const ImageFormat format = next.frame.format;
+  MadeFrame made;
+  std::exception_ptr thrown;
+  try {
+    made = co_await services_.frames.encode(std::move(next.frame));
+  } catch (...) {
+    thrown = std::current_exception();
+  }
+  if (state_ == State::gone) co_return;
+  if (thrown) {
+    pace_.sendingFailed(step);
+    push(errorMessage(problemOf(thrown), step.id));
+    co_return;
+  }
+  // While one is encoded the next one is drawn: whichever takes longer is what a frame costs.
+  const double cost_ms = std::max(next.cost_ms, msSince(begin));
+  while (outbox_.hasFrame()) {
+    co_await deliver_signal_.wait();
+    if (state_ == State::gone) co_return;
+  }
+  pace_.frameSent(step, cost_ms, made.image.size(), Clock::now());
+  outbox_.put(outFrame(step, format, std::move(made), ++last_seq_, pace_.droppedViews()));
+  paint_signal_.notify();
 }
 
 asio::awaitable<void> StreamSession::write() { co_await outbox_.write(); }
@@ -340,6 +387,7 @@ asio::awaitable<void> serveStream(WireStream stream, beast::http::request<beast:
     session->sayHello();
     if (services.state.draining) session->goAway();
     spawnLoop(session, &StreamSession::paint, executor);
+    spawnLoop(session, &StreamSession::deliver, executor);
     spawnLoop(session, &StreamSession::write, executor);
     co_await session->read();
   } catch (...) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// One WebSocket of subprotocol blockwalk.v1: a loop that reads messages, one that draws, one that writes.
+// One WebSocket of subprotocol blockwalk.v1: loops that read messages, draw, have encoded and write, side by side.
 #pragma once
 
 #include <boost/asio/awaitable.hpp>

@@ -16,6 +16,11 @@ using Kind = PaceStep::Kind;
 
 const Clock::time_point kStart = Clock::time_point(std::chrono::hours(1));
 
+void sendDrawn(StreamPace& pace, const PaceStep& step, double cost_ms, std::size_t bytes, Clock::time_point now) {
+  pace.frameDrawn(step);
+  pace.frameSent(step, cost_ms, bytes, now);
+}
+
 TEST(StreamPace, WaitsForAView) {
   StreamPace pace({});
   EXPECT_EQ(pace.next(kStart).kind, Kind::wait);
@@ -29,12 +34,12 @@ TEST(StreamPace, DrawsTheMovingViewThenTheStillOneThenNothing) {
   EXPECT_EQ(moving.kind, Kind::moving);
   EXPECT_EQ(moving.id, 4u);
   pace.frameStarted(kStart);
-  pace.frameSent(moving, 10, 1000, kStart);
+  sendDrawn(pace, moving, 10, 1000, kStart);
   EXPECT_EQ(pace.next(kStart).when, kStart + StreamPace::kStillTime);
   const PaceStep still = pace.next(kStart + StreamPace::kStillTime);
   EXPECT_EQ(still.kind, Kind::still);
   EXPECT_EQ(still.scale, 1);
-  pace.frameSent(still, 10, 1000, kStart);
+  sendDrawn(pace, still, 10, 1000, kStart);
   EXPECT_EQ(pace.next(kStart + milliseconds(1000)).when, Clock::time_point::max());
 }
 
@@ -42,14 +47,14 @@ TEST(StreamPace, DrawsTheMovingViewThenTheStillOneThenNothing) {
 std::vector<std::tuple<int, int, bool>> stepsOf(const StillPicture& still) {
   StreamPace pace({});
   pace.setView(1, still, kStart);
-  pace.frameSent(pace.next(kStart), 10, 1000, kStart);
+  sendDrawn(pace, pace.next(kStart), 10, 1000, kStart);
   pace.acknowledge(1);
   std::vector<std::tuple<int, int, bool>> steps;
   const auto later = kStart + StreamPace::kStillTime;
   for (PaceStep step = pace.next(later); step.kind == Kind::still; step = pace.next(later)) {
     EXPECT_EQ(step.scale, 1);
     steps.emplace_back(step.samples_begin, step.samples_end, step.is_last);
-    pace.frameSent(step, 10, 1000, later);
+    sendDrawn(pace, step, 10, 1000, later);
     pace.acknowledge(1);
   }
   EXPECT_EQ(pace.next(later).when, Clock::time_point::max());
@@ -68,12 +73,12 @@ TEST(StreamPace, RefinesInStepsThatDouble) {
 TEST(StreamPace, StepsWaitForTheirPlaceInFlightAndForTheLink) {
   StreamPace pace({.frames_in_flight = 3, .fps = 120, .max_bytes_per_second = 10000});
   pace.setView(1, {.samples = 16}, kStart);
-  pace.frameSent(pace.next(kStart), 1, 10, kStart);
+  sendDrawn(pace, pace.next(kStart), 1, 10, kStart);
   auto now = kStart + milliseconds(1000);
-  pace.frameSent(pace.next(now), 1, 1000, now);
+  sendDrawn(pace, pace.next(now), 1, 1000, now);
   EXPECT_EQ(pace.next(now).when, now + milliseconds(100)) << "a tenth of a second's bytes";
   now += milliseconds(100);
-  pace.frameSent(pace.next(now), 1, 10, now);
+  sendDrawn(pace, pace.next(now), 1, 10, now);
   now += milliseconds(1000);
   EXPECT_EQ(pace.next(now).kind, Kind::wait) << "three are in flight";
   pace.acknowledge(1);
@@ -83,22 +88,89 @@ TEST(StreamPace, StepsWaitForTheirPlaceInFlightAndForTheLink) {
 TEST(StreamPace, ANewViewEndsTheSteps) {
   StreamPace pace({});
   pace.setView(1, {.samples = 4}, kStart);
-  pace.frameSent(pace.next(kStart), 1, 10, kStart);
+  sendDrawn(pace, pace.next(kStart), 1, 10, kStart);
   const auto later = kStart + milliseconds(1000);
   pace.acknowledge(1);
   const PaceStep first = pace.next(later);
   EXPECT_TRUE(pace.shouldCancel(first, later, later));
   pace.setView(2, {.samples = 4}, later);
-  pace.frameSent(first, 1, 10, later);  // too late to be cancelled
+  sendDrawn(pace, first, 1, 10, later);  // too late to be cancelled
   pace.acknowledge(1);
   const PaceStep moving = pace.next(later);
   EXPECT_EQ(moving.kind, Kind::moving);
   EXPECT_EQ(moving.samples_end, 1);
-  pace.frameSent(moving, 1, 10, later);
+  sendDrawn(pace, moving, 1, 10, later);
   pace.acknowledge(2);
   const PaceStep still = pace.next(later + milliseconds(1000));
   EXPECT_EQ(still.samples_begin, 0) << "what was drawn of another view does not count";
   EXPECT_EQ(still.samples_end, 1);
+}
+
+TEST(StreamPace, DrawsTheNextViewWhileOneIsEncoded) {
+  StreamPace pace({.frames_in_flight = 2, .fps = 120, .max_bytes_per_second = {}});
+  pace.setView(1, {}, kStart);
+  const PaceStep first = pace.next(kStart);
+  pace.frameDrawn(first);
+  EXPECT_FALSE(pace.acknowledge(1)) << "it was not sent";
+  EXPECT_NE(pace.next(kStart).kind, Kind::moving) << "it is the newest";
+  const auto now = kStart + milliseconds(100);
+  pace.setView(2, {}, now);
+  const PaceStep second = pace.next(now);
+  EXPECT_EQ(second.kind, Kind::moving);
+  pace.frameDrawn(second);
+  pace.setView(3, {}, now);
+  EXPECT_EQ(pace.next(now).kind, Kind::wait) << "two are in flight";
+  pace.frameSent(first, 1, 1000, now);
+  EXPECT_TRUE(pace.acknowledge(1));
+  EXPECT_FALSE(pace.acknowledge(2));
+  EXPECT_EQ(pace.next(now).id, 3u);
+}
+
+TEST(StreamPace, WhereTheLinkIsBoundTheBytesOfOneAreKnownBeforeTheNext) {
+  StreamPace pace({.frames_in_flight = 3, .fps = 120, .max_bytes_per_second = 10000});
+  pace.setView(1, {}, kStart);
+  const PaceStep first = pace.next(kStart);
+  pace.frameDrawn(first);
+  pace.setView(2, {}, kStart + milliseconds(50));
+  EXPECT_EQ(pace.next(kStart + milliseconds(50)).when, Clock::time_point::max());
+  pace.frameSent(first, 1, 1000, kStart + milliseconds(50));
+  EXPECT_EQ(pace.next(kStart + milliseconds(50)).when, kStart + milliseconds(150));
+}
+
+TEST(StreamPace, WhatCannotBeSentIsNotInFlightAndNotTriedAgain) {
+  StreamPace pace({.frames_in_flight = 1, .fps = 120, .max_bytes_per_second = {}});
+  pace.setView(1, {}, kStart);
+  const PaceStep first = pace.next(kStart);
+  pace.frameDrawn(first);
+  pace.sendingFailed(first);
+  const auto later = kStart + milliseconds(1000);
+  EXPECT_EQ(pace.next(later).when, Clock::time_point::max());
+  EXPECT_FALSE(pace.acknowledge(1));
+  pace.setView(2, {}, later);
+  EXPECT_EQ(pace.next(later).id, 2u);
+}
+
+// A frame that was under way when the scale went down is slow, and not for the new scale.
+TEST(StreamPace, AFrameOfAnotherScaleDoesNotJudgeThisOne) {
+  StreamPace pace({.frames_in_flight = 8, .fps = 30, .max_bytes_per_second = {}});
+  auto now = kStart;
+  std::uint64_t id = 0;
+  const auto nextStep = [&] {
+    now += milliseconds(100);
+    pace.setView(++id, {}, now);
+    return pace.next(now);
+  };
+  const double scale = nextStep().scale;
+  sendDrawn(pace, nextStep(), 40, 10, now);
+  const PaceStep slow = nextStep();
+  pace.frameDrawn(slow);
+  const PaceStep late = nextStep();
+  pace.frameDrawn(late);
+  pace.frameSent(slow, 40, 10, now);
+  EXPECT_EQ(nextStep().scale, scale / 2);
+  pace.frameSent(late, 40, 10, now);
+  sendDrawn(pace, nextStep(), 34, 10, now);
+  EXPECT_EQ(nextStep().scale, scale / 2) << "one slow frame of the new scale is not two";
 }
 
 TEST(StreamPace, IdsOnlyGrow) {
@@ -117,7 +189,7 @@ TEST(StreamPace, StopsAtTheFramesInFlightAndGoesOnWithAnAck) {
     pace.setView(id, {}, now);
     const PaceStep step = pace.next(now);
     ASSERT_EQ(step.kind, Kind::moving) << id;
-    pace.frameSent(step, 1, 1000, now);
+    sendDrawn(pace, step, 1, 1000, now);
     now += milliseconds(100);
   }
   pace.setView(4, {}, now);
@@ -151,7 +223,7 @@ Drive drive(StreamPace& pace, double full_ms, double full_bytes, int total_ms) {
     const double cost = full_ms * step.scale * step.scale;
     now += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double, std::milli>(cost + 0.1));
     const double bytes = full_bytes * step.scale * step.scale * step.quality / 85;
-    pace.frameSent(step, cost, static_cast<std::size_t>(bytes), now);
+    sendDrawn(pace, step, cost, static_cast<std::size_t>(bytes), now);
     pace.acknowledge(step.id);
     if (now > kStart + milliseconds(total_ms / 2) && run.last_scale != step.scale) ++run.changes;
     run.last_scale = step.scale;
@@ -218,7 +290,7 @@ struct Rig {
     const double bytes = full_bytes * area * step.quality / 85;
     pace.frameStarted(now);
     now += ms(cost);
-    pace.frameSent(step, cost, static_cast<std::size_t>(bytes), now);
+    sendDrawn(pace, step, cost, static_cast<std::size_t>(bytes), now);
     link_free = std::max(link_free, now) + ms(bytes / bytes_per_ms);
     acks.emplace_back(link_free, step.id);
     if (step.scale != last.scale) ++run.changes;
@@ -312,7 +384,7 @@ TEST(StreamPace, ACancelledFrameMakesTheNextOneCoarser) {
 TEST(StreamPace, CountsTheViewsThatNoFrameShowed) {
   StreamPace pace({});
   for (std::uint64_t id = 1; id <= 5; ++id) pace.setView(id, {}, kStart);
-  pace.frameSent(pace.next(kStart), 1, 1, kStart);
+  sendDrawn(pace, pace.next(kStart), 1, 1, kStart);
   EXPECT_EQ(pace.droppedViews(), 4u);
 }
 
