@@ -12,11 +12,13 @@
 
 #include "renderer/vulkan/kernel_cache.h"
 #include "renderer/vulkan/vector_width.h"
+#include "volume/host_limits.h"
 
 namespace blockwalk {
 namespace {
 
 constexpr const char* kWidth = "LP_NATIVE_VECTOR_WIDTH";
+constexpr const char* kThreads = "LP_NUM_THREADS";
 constexpr const char* kCacheFolder = "MESA_SHADER_CACHE_DIR";
 constexpr const char* kCacheBytes = "MESA_SHADER_CACHE_MAX_SIZE";
 constexpr const char* kMostCacheBytes = "128M";  // a kernel is some 30 KiB
@@ -67,6 +69,15 @@ DriverSetUp setUpDriver() {
   }
   result.vector_bits = static_cast<int>(std::strtol(width.c_str(), nullptr, 10));
   result.note = fmt::format("vectors: {} ({})", width.empty() ? "the driver's own" : width + " bits", why);
+
+  const HostProcessors processors = hostProcessors();
+  if (!environment(kThreads).empty()) {
+    result.note += fmt::format("; threads: {} (as the environment says)", environment(kThreads));
+  } else if (processors.to_use < processors.to_run_on) {
+    setenv(kThreads, std::to_string(processors.to_use).c_str(), 1);
+    result.note += fmt::format("; threads: {} (of {} processors, as the control group has no more)", processors.to_use,
+                               processors.to_run_on);
+  }
 
   if (!keepsKernels()) {
     result.note += "; kernels are not kept: the environment says so";

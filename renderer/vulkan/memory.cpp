@@ -7,7 +7,7 @@
 #include <numeric>
 #include <optional>
 
-#include "renderer/vulkan/host_memory.h"
+#include "volume/host_limits.h"
 
 namespace blockwalk {
 namespace {

@@ -3,19 +3,12 @@
 // for.
 #include "renderer/vulkan/memory.h"
 
-#include <fmt/format.h>
 #include <gtest/gtest.h>
-#include <unistd.h>
 
-#include <filesystem>
-#include <fstream>
-#include <limits>
 #include <map>
 #include <random>
-#include <string>
 
 #include "renderer/vulkan/buffer.h"
-#include "renderer/vulkan/host_memory.h"
 
 namespace blockwalk::test {
 namespace {
@@ -72,42 +65,6 @@ TEST_F(MemoryTest, RefusesWhatDoesNotFitWithBothNumbers) {
     EXPECT_GT(error.needed_bytes, free);
   }
   EXPECT_EQ(device.memory().usedBytes(), 0u);
-}
-
-// Files as the kernel writes them.
-class HostMemory : public testing::Test {
- protected:
-  ~HostMemory() override { std::filesystem::remove_all(folder_); }
-  void write(const std::string& name, const std::string& text) const {
-    std::filesystem::create_directories((folder_ / name).parent_path());
-    std::ofstream(folder_ / name) << text;
-  }
-  void writeGroup(const std::string& group, const std::string& most, std::uint64_t used, std::uint64_t cached) const {
-    write("cgroup" + group + "/memory.max", most + "\n");
-    write("cgroup" + group + "/memory.current", fmt::format("{}\n", used));
-    write("cgroup" + group + "/memory.stat", fmt::format("anon 1\nfile 77\ninactive_file {}\nactive_file 3\n", cached));
-  }
-  std::uint64_t free() const { return freeHostBytes((folder_ / "proc").c_str(), (folder_ / "cgroup").c_str()); }
-
-  std::filesystem::path folder_ =
-      std::filesystem::temp_directory_path() / fmt::format("blockwalk_host_memory_{}", getpid());
-};
-
-TEST_F(HostMemory, IsWhatTheTightestGroupLeavesAndItsOldFilesAreFree) {
-  EXPECT_LT(freeHostBytes(), std::uint64_t{1} << 48);  // the real one
-  write("proc/meminfo", "MemTotal: 99999 kB\nMemAvailable:    50000 kB\n");
-  EXPECT_EQ(free(), 50000u << 10);  // no groups
-  write("proc/self/cgroup", "1:name=systemd:/x\n0::/user/work\n");
-  writeGroup("/user/work", "max", 5000000, 0);
-  writeGroup("/user", "40000000", 30000000, 25000000);
-  EXPECT_EQ(free(), 35000000u);  // of the group above: what was read is mostly free
-  writeGroup("/user/work", "9000000", 5000000, 0);
-  EXPECT_EQ(free(), 4000000u);
-  writeGroup("/user/work", "9000000", 9500000, 100);
-  EXPECT_EQ(free(), 0u);
-  write("proc/self/cgroup", "0::/\n");  // in a namespace of its own the group is the root
-  writeGroup("", "7000000", 6000000, 1000000);
-  EXPECT_EQ(free(), 2000000u);
 }
 
 }  // namespace

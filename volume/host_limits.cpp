@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/vulkan/host_memory.h"
+#include "volume/host_limits.h"
 
+#include <sched.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -71,6 +72,32 @@ bool readGroup(const char* proc, Path& group) {
   return false;
 }
 
+// The process's group and each above it, up to the root, or the root alone where it has none.
+template <typename Visit>
+void forEachGroup(const char* proc, Visit visit) {
+  Path group;
+  if (!readGroup(proc, group)) group[0] = '\0';
+  for (;;) {
+    visit(group.data());
+    char* const last = std::strrchr(group.data(), '/');
+    if (last == nullptr) return;
+    *last = '\0';
+  }
+}
+
+// Of one group, rounded up; nothing where it has no limit.
+std::optional<int> processorsOf(const char* cgroups, const char* group) {
+  Path path;
+  if (!join(path, "%s%s/cpu.max", cgroups, group)) return std::nullopt;
+  const File file(std::fopen(path.data(), "re"), [](std::FILE* f) { return std::fclose(f); });
+  std::uint64_t quota = 0;
+  std::uint64_t period = 0;
+  // "max 100000" where there is none.
+  if (!file || std::fscanf(file.get(), "%" SCNu64 " %" SCNu64, &quota, &period) != 2 || period == 0) return std::nullopt;
+  constexpr std::uint64_t kMost = 1 << 20;
+  return static_cast<int>(std::clamp<std::uint64_t>(quota / period + (quota % period != 0 ? 1 : 0), 1, kMost));
+}
+
 }  // namespace
 
 std::uint64_t freeHostBytes(const char* proc, const char* cgroups) {
@@ -85,14 +112,22 @@ std::uint64_t freeHostBytes(const char* proc, const char* cgroups) {
     const auto page_bytes = static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
     free = std::min(free, difference(limit.rlim_cur, pages * page_bytes));
   }
-  Path group;
-  if (!readGroup(proc, group)) group[0] = '\0';
-  for (;;) {  // from the group to the root
-    if (const auto left = leftTo(cgroups, group.data())) free = std::min(free, *left);
-    char* const last = std::strrchr(group.data(), '/');
-    if (last == nullptr) return free;
-    *last = '\0';
-  }
+  forEachGroup(proc, [&](const char* group) {
+    if (const auto left = leftTo(cgroups, group)) free = std::min(free, *left);
+  });
+  return free;
+}
+
+HostProcessors hostProcessors(const char* proc, const char* cgroups) {
+  HostProcessors result;
+  cpu_set_t set;
+  // A host of more processors than the set holds is not limited here.
+  const int allowed = sched_getaffinity(0, sizeof set, &set) == 0 ? CPU_COUNT(&set) : CPU_SETSIZE;
+  result.to_run_on = result.to_use = std::max(allowed, 1);
+  forEachGroup(proc, [&](const char* group) {
+    if (const auto most = processorsOf(cgroups, group)) result.to_use = std::min(result.to_use, *most);
+  });
+  return result;
 }
 
 }  // namespace blockwalk
