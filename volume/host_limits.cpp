@@ -93,7 +93,8 @@ std::optional<int> processorsOf(const char* cgroups, const char* group) {
   std::uint64_t quota = 0;
   std::uint64_t period = 0;
   // "max 100000" where there is none.
-  if (!file || std::fscanf(file.get(), "%" SCNu64 " %" SCNu64, &quota, &period) != 2 || period == 0) return std::nullopt;
+  if (!file || std::fscanf(file.get(), "%" SCNu64 " %" SCNu64, &quota, &period) != 2 || period == 0)
+    return std::nullopt;
   constexpr std::uint64_t kMost = 1 << 20;
   return static_cast<int>(std::clamp<std::uint64_t>(quota / period + (quota % period != 0 ? 1 : 0), 1, kMost));
 }

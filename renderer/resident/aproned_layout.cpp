@@ -2,7 +2,11 @@
 #include "renderer/resident/aproned_layout.h"
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
 #include <cstring>
+
+#include "volume/error.h"
 
 namespace blockwalk {
 namespace {
@@ -24,22 +28,46 @@ std::uint64_t apronedSubblockBytes(const VolumeInfo& info) {
   return rows * (hasWords(info) ? kWordVoxels * rowWords(info) : rowVoxels(info)) * voxelBytes(info.type);
 }
 
-void layOutAproned(const VolumeInfo& info, std::span<const std::byte> subblocks, std::span<std::byte> out) {
-  if (!hasWords(info)) {
-    std::ranges::copy(subblocks, out.begin());
-    return;
-  }
-  const std::size_t bytes = voxelBytes(info.type);
-  const std::size_t voxels = rowVoxels(info);
-  const std::size_t words = rowWords(info);
+namespace {
+
+// Rows of `side` + 2 voxels.
+template <typename T, std::size_t side>
+void layOutRows(std::span<const std::byte> subblocks, std::span<std::byte> out) {
+  constexpr std::size_t kVoxels = side + 2;
+  constexpr std::size_t kWords = (kVoxels - 1 + kWordStep - 1) / kWordStep;
+  std::array<T, kWordStep * kWords + 1> row;
   std::byte* to = out.data();
-  for (std::size_t row = 0; row < subblocks.size(); row += voxels * bytes) {
-    const std::byte* from = subblocks.data() + row;
-    for (std::size_t word = 0; word < words; ++word) {
-      for (std::size_t i = 0; i < kWordVoxels; ++i, to += bytes) {
-        std::memcpy(to, from + std::min(kWordStep * word + i, voxels - 1) * bytes, bytes);
-      }
+  for (std::size_t at = 0; at < subblocks.size(); at += kVoxels * sizeof(T)) {
+    std::memcpy(row.data(), subblocks.data() + at, kVoxels * sizeof(T));
+    std::fill(row.begin() + kVoxels, row.end(), row[kVoxels - 1]);
+    for (std::size_t word = 0; word < kWords; ++word, to += kWordVoxels * sizeof(T)) {
+      std::memcpy(to, &row[kWordStep * word], kWordVoxels * sizeof(T));
     }
+  }
+}
+
+template <typename T>
+void layOut(int side, std::span<const std::byte> subblocks, std::span<std::byte> out) {
+  switch (side) {
+    case 4:
+      return layOutRows<T, 4>(subblocks, out);
+    case 8:
+      return layOutRows<T, 8>(subblocks, out);
+    default:
+      BLOCKWALK_CHECK(side, ==, 16);
+      return layOutRows<T, 16>(subblocks, out);
+  }
+}
+
+}  // namespace
+
+void layOutAproned(const VolumeInfo& info, std::span<const std::byte> subblocks, std::span<std::byte> out) {
+  if (info.type == VoxelType::u8) {
+    layOut<std::uint8_t>(info.subblock_side, subblocks, out);
+  } else if (info.type == VoxelType::u16) {
+    layOut<std::uint16_t>(info.subblock_side, subblocks, out);
+  } else {
+    std::ranges::copy(subblocks, out.begin());
   }
 }
 

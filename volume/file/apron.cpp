@@ -42,16 +42,15 @@ float densityOf(T voxel) {
 template <typename T>
 void settleEmpties(std::vector<std::byte>& voxels, VoxelType type, const ChannelInfo& channel) {
   const T empty = static_cast<T>(emptyValue(type, channel));
+  if constexpr (!std::is_same_v<T, std::uint32_t>) {
+    if (std::is_integral_v<T> && empty == 0 && channel.empty_threshold < 1) return;  // they have it
+  }
   for (std::size_t i = 0; i < voxels.size(); i += sizeof(T)) {
     T voxel{};
     std::memcpy(&voxel, voxels.data() + i, sizeof voxel);
-    if (isEmptyDensity(densityOf(voxel), channel.empty_threshold)) std::memcpy(voxels.data() + i, &empty, sizeof empty);
+    voxel = isEmptyDensity(densityOf(voxel), channel.empty_threshold) ? empty : voxel;
+    std::memcpy(voxels.data() + i, &voxel, sizeof voxel);
   }
-}
-
-template <typename T>
-void fillWith(std::vector<std::byte>& voxels, T value) {
-  for (std::size_t i = 0; i < voxels.size(); i += sizeof(T)) std::memcpy(voxels.data() + i, &value, sizeof value);
 }
 
 template <typename Visit>
@@ -70,18 +69,12 @@ ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form
       channel_(channel),
       form_(form),
       source_(file.readLevel(level, channel, form)),
-      records_(file.readApronLevel(level, channel, form)),
-      dense_(denseBytes()) {
+      records_(file.readApronLevel(level, channel, form)) {
   source_.subblocks = {};
   for (std::size_t i = 0; i < source_.blocks.size(); ++i) {
     source_blocks_.emplace(mortonCode(glm::uvec3(source_.blocks[i].origin)), i);
   }
   records_.info.voxel_bytes = records_.info.subblock_count * subblockBytes();
-}
-
-std::size_t ApronLevel::denseBytes() const {
-  const auto side = static_cast<std::size_t>(file_.info().blockVoxels() + 2);
-  return side * side * side * voxelBytes(file_.info().type);
 }
 
 std::uint64_t ApronLevel::subblockVoxels() const {
@@ -115,54 +108,76 @@ const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
   return cache_.emplace(block, CachedBlock{.voxels = std::move(voxels), .age = ages_.begin()}).first->second.voxels;
 }
 
-// Copies into dense_ what the block of the file around[...] says of the block at `origin` and its apron.
-void ApronLevel::gather(glm::ivec3 origin, std::size_t source) {
+// Fills sources_ for a block. The cache holds the blocks around it together: at most 27 of 3.4 MiB.
+void ApronLevel::findSources(glm::ivec3 origin) {
   const VolumeInfo& info = file_.info();
-  const int side = info.subblock_side;
-  const int dense_side = info.blockVoxels() + 2;
-  const std::size_t bytes = voxelBytes(info.type);
-  const Block& block = source_.blocks[source];
-  const glm::ivec3 shift = (block.origin - origin) * info.blockVoxels() + 1;
-  bool touches = false;
-  forEachStored(block, info.block_side, [&](glm::ivec3 local) {
-    const glm::ivec3 corner = shift + local * side;
-    touches = touches || (glm::all(glm::greaterThan(corner + side, glm::ivec3(0))) &&
-                          glm::all(glm::lessThan(corner, glm::ivec3(dense_side))));
-  });
-  if (!touches) return;
-  const std::byte* voxels = stored(source).data();
-  forEachStored(block, info.block_side, [&](glm::ivec3 local) {
-    const glm::ivec3 corner = shift + local * side;
-    const glm::ivec3 first = glm::max(corner, glm::ivec3(0));
-    const glm::ivec3 end = glm::min(corner + side, glm::ivec3(dense_side));
-    if (first.x < end.x) {
-      for (int z = first.z; z < end.z; ++z) {
-        for (int y = first.y; y < end.y; ++y) {
-          const int from = first.x - corner.x + side * (y - corner.y + side * (z - corner.z));
-          const std::size_t to = static_cast<std::size_t>(first.x + dense_side * (y + dense_side * z));
-          std::memcpy(dense_.data() + to * bytes, voxels + static_cast<std::size_t>(from) * bytes,
-                      static_cast<std::size_t>(end.x - first.x) * bytes);
-        }
+  const int side = info.block_side + 2;
+  sources_.assign(static_cast<std::size_t>(side * side * side), nullptr);
+  for (int d = 0; d < 27; ++d) {
+    const glm::ivec3 around = origin + glm::ivec3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
+    if (glm::any(glm::lessThan(around, glm::ivec3(0)))) continue;
+    const auto source = source_blocks_.find(mortonCode(glm::uvec3(around)));
+    if (source == source_blocks_.end()) continue;
+    const Block& block = source_.blocks[source->second];
+    const glm::ivec3 shift = (around - origin) * info.block_side + 1;
+    const std::byte* voxels = nullptr;  // read where one of its subblocks is needed
+    std::size_t offset = 0;
+    forEachStored(block, info.block_side, [&](glm::ivec3 local) {
+      const glm::ivec3 place = shift + local;
+      if (glm::all(glm::greaterThanEqual(place, glm::ivec3(0))) && glm::all(glm::lessThan(place, glm::ivec3(side)))) {
+        if (voxels == nullptr) voxels = stored(source->second).data();
+        sources_[static_cast<std::size_t>(place.x + side * (place.y + side * place.z))] = voxels + offset;
       }
-    }
-    voxels += info.subblockVoxels() * bytes;
-  });
+      offset += info.subblockVoxels() * voxelBytes(info.type);
+    });
+  }
 }
 
-// Voxels of dense_ outside the level repeat the nearest inside. `first_voxel` is the one at index 0 of dense_.
-void ApronLevel::repeatEdges(glm::ivec3 first_voxel) {
-  const int side = file_.info().blockVoxels() + 2;
-  const std::size_t bytes = voxelBytes(file_.info().type);
+namespace {
+
+// The voxels around one subblock: 3x3x3 of them in a table of rows `stride` long, its first at `corner`.
+template <typename T, int side>
+void writeSubblock(const std::byte* const* corner, int stride, T empty, std::byte* out) {
+  constexpr std::size_t kRow = (side + 2) * sizeof(T);
+  for (int z = -1; z <= side; ++z) {
+    for (int y = -1; y <= side; ++y, out += kRow) {
+      const std::byte* const* row = corner + stride * ((y + side) / side + stride * ((z + side) / side));
+      const std::size_t first = static_cast<std::size_t>(side * ((y + side) % side + side * ((z + side) % side)));
+      std::array<T, side + 2> line;
+      line.fill(empty);
+      if (row[0] != nullptr) std::memcpy(&line[0], row[0] + (first + side - 1) * sizeof(T), sizeof(T));
+      if (row[1] != nullptr) std::memcpy(&line[1], row[1] + first * sizeof(T), side * sizeof(T));
+      if (row[2] != nullptr) std::memcpy(&line[side + 1], row[2] + first * sizeof(T), sizeof(T));
+      std::memcpy(out, line.data(), kRow);
+    }
+  }
+}
+
+template <typename T>
+void writeSubblockOf(int side, const std::byte* const* corner, int stride, T empty, std::byte* out) {
+  switch (side) {
+    case 4:
+      return writeSubblock<T, 4>(corner, stride, empty, out);
+    case 8:
+      return writeSubblock<T, 8>(corner, stride, empty, out);
+    default:
+      BLOCKWALK_CHECK(side, ==, 16);
+      return writeSubblock<T, 16>(corner, stride, empty, out);
+  }
+}
+
+// Voxels outside the level repeat the nearest inside. The subblock's first, one before its own, is at `first`.
+void repeatEdges(glm::ivec3 first, glm::ivec3 dims, int side, std::size_t bytes, std::byte* voxels) {
   const std::array<int, 3> strides{1, side, side * side};
   for (int axis = 0; axis < 3; ++axis) {
-    const int inside_begin = std::max(0, -first_voxel[axis]);
-    const int inside_end = std::min(side, source_.info.dims[axis] - first_voxel[axis]);
+    const int inside_begin = std::max(0, -first[axis]);
+    const int inside_end = std::min(side, dims[axis] - first[axis]);
     if (inside_begin == 0 && inside_end == side) continue;
     const int u = strides[static_cast<std::size_t>((axis + 1) % 3)];
     const int v = strides[static_cast<std::size_t>((axis + 2) % 3)];
     const int along = strides[static_cast<std::size_t>(axis)];
     for (int row = 0; row < side * side; ++row) {
-      std::byte* line = dense_.data() + static_cast<std::size_t>(row % side * u + row / side * v) * bytes;
+      std::byte* line = voxels + static_cast<std::size_t>(row % side * u + row / side * v) * bytes;
       const auto at = [&](int i) { return line + static_cast<std::size_t>(i * along) * bytes; };
       for (int i = 0; i < inside_begin; ++i) std::memcpy(at(i), at(inside_begin), bytes);
       for (int i = inside_end; i < side; ++i) std::memcpy(at(i), at(inside_end - 1), bytes);
@@ -170,33 +185,26 @@ void ApronLevel::repeatEdges(glm::ivec3 first_voxel) {
   }
 }
 
+}  // namespace
+
 void ApronLevel::readBlock(std::size_t index, std::span<std::byte> out) {
   const VolumeInfo& info = file_.info();
   const Block& block = records_.blocks.at(index);
   BLOCKWALK_CHECK(out.size(), ==, block.subblock_count * subblockBytes());
-  const float empty = emptyValue(info.type, info.channels[static_cast<std::size_t>(channel_)]);
-  withVoxelType(info.type, [&](auto kind) { fillWith(dense_, static_cast<decltype(kind)>(empty)); });
-  for (int d = 0; d < 27; ++d) {
-    const glm::ivec3 around = block.origin + glm::ivec3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
-    if (glm::any(glm::lessThan(around, glm::ivec3(0)))) continue;
-    const auto source = source_blocks_.find(mortonCode(glm::uvec3(around)));
-    if (source != source_blocks_.end()) gather(block.origin, source->second);
-  }
-  repeatEdges(block.origin * info.blockVoxels() - 1);
-
-  const int side = info.subblock_side + 2;
-  const int dense_side = info.blockVoxels() + 2;
+  findSources(block.origin);
+  const int stride = info.block_side + 2;
   const std::size_t bytes = voxelBytes(info.type);
+  const float empty = emptyValue(info.type, info.channels[static_cast<std::size_t>(channel_)]);
   std::byte* to = out.data();
   forEachStored(block, info.block_side, [&](glm::ivec3 local) {
-    for (int z = 0; z < side; ++z) {
-      for (int y = 0; y < side; ++y) {
-        const glm::ivec3 from = local * info.subblock_side + glm::ivec3(0, y, z);
-        const auto at = static_cast<std::size_t>(from.x + dense_side * (from.y + dense_side * from.z));
-        std::memcpy(to, dense_.data() + at * bytes, static_cast<std::size_t>(side) * bytes);
-        to += static_cast<std::size_t>(side) * bytes;
-      }
-    }
+    const std::byte* const* corner =
+        &sources_[static_cast<std::size_t>(local.x + stride * (local.y + stride * local.z))];
+    withVoxelType(info.type, [&](auto kind) {
+      writeSubblockOf(info.subblock_side, corner, stride, static_cast<decltype(kind)>(empty), to);
+    });
+    const glm::ivec3 first = block.origin * info.blockVoxels() + local * info.subblock_side - 1;
+    repeatEdges(first, source_.info.dims, info.subblock_side + 2, bytes, to);
+    to += subblockBytes();
   });
 }
 

@@ -44,10 +44,8 @@ class ApronLevel {
     std::list<std::size_t>::iterator age;
   };
 
-  std::size_t denseBytes() const;
   const std::vector<std::byte>& stored(std::size_t block);
-  void gather(glm::ivec3 origin, std::size_t around);
-  void repeatEdges(glm::ivec3 first_voxel);
+  void findSources(glm::ivec3 origin);
 
   const VolumeFile& file_;
   int level_;
@@ -59,7 +57,8 @@ class ApronLevel {
   std::unordered_map<std::size_t, CachedBlock> cache_;  // by block
   std::list<std::size_t> ages_;                         // most recent first
   std::uint64_t cached_bytes_ = 0;
-  std::vector<std::byte> dense_;  // a block and its apron
+  // Voxels of each subblock of the block at hand and of those around them, x fastest; null where none are stored.
+  std::vector<const std::byte*> sources_;
 };
 
 }  // namespace blockwalk
