@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Blockwalk beside VTK's volume mappers, by turns in one run: see README.md."""
 import argparse
+import copy
 import json
 import platform
 import re
@@ -13,6 +14,10 @@ import numpy as np
 
 import volumes
 from vtk_mappers import Mapper, writePng
+
+
+# Voxels: what "equal error" chooses from.
+STEPS = [4, 3.2, 2.5, 2, 1.8, 1.6, 1.4, 1.2, 1, 0.9, 0.8, 0.7, 0.6, 0.5]
 
 
 def makeView(scene):
@@ -42,7 +47,7 @@ class Blockwalk:
         self.flags = ["--size", f"{size}x{size}", "--fov", str(view["fov"]), "--tf", scene.transfer, "--level", "0",
                       "--filter", "linear" if linear else "nearest", "--finder", "grid", "--format", "raw",
                       *(f"--{key}={','.join(map(str, view[key]))}" for key in ("eye", "target", "up"))]
-        self.step = ["--step", str(options.step)] if linear else []
+        self.step = options.step if linear else None
         self.fine = ["--step", "0.0625"] if linear else []
 
     def draw(self, more, frames):
@@ -51,12 +56,24 @@ class Blockwalk:
         times = re.search(r"gpu_ms +min [\d.]+ +median ([\d.]+)", done.stdout)
         return float(times[1])
 
+    def at(self):
+        return ["--step", str(self.step)] if self.step else []
+
     def frames(self, count):
-        return self.draw(self.step, count)
+        return self.draw(self.at(), count)
 
     def pixels(self):
-        self.draw(self.step, 1)
+        self.draw(self.at(), 1)
         return self.read()
+
+    def coarsened(self, reference, rms):
+        """Itself, with the longest of some steps at which it is still nearer to the reference than `rms`."""
+        other = copy.copy(self)
+        other.name = "blockwalk, equal error"
+        for other.step in STEPS:
+            if error(other.pixels(), reference) <= rms:
+                return other
+        return None
 
     def reference(self):
         self.draw([*self.fine, "--termination", "0"], 1)
@@ -78,19 +95,26 @@ class Peer:
         return self.mapper.pixels()
 
 
+def error(pixels, reference):
+    return float(np.sqrt(np.mean((pixels - reference) ** 2)))
+
+
 def measure(options, scene, linear, size):
     view = makeView(scene)
     ours = Blockwalk(options, scene, linear, size, view)
     kinds = [kind for kind in ("fixed", "gpu") if kind == "fixed" or max(scene.dims()) <= 2048]
     renderers = [ours] + [Peer(kind, Mapper(kind, scene, linear, size, options.step, view, options.threads))
                           for kind in kinds]
+    reference = ours.reference().astype(float)
+    if linear:
+        coarse = ours.coarsened(reference, min(error(peer.pixels(), reference) for peer in renderers[1:]))
+        renderers += [coarse] if coarse else []
     times = {renderer.name: [] for renderer in renderers}
     for renderer in renderers:
         renderer.frames(1)  # compiles and uploads
     for _ in range(options.rounds):
         for renderer in renderers:
             times[renderer.name].append(renderer.frames(options.frames))
-    reference = ours.reference().astype(float)
     entry = {"scene": scene.name, "share": scene.share(), "filter": "linear" if linear else "nearest", "size": size}
     for renderer in renderers:
         pixels = renderer.pixels()
@@ -98,17 +122,31 @@ def measure(options, scene, linear, size):
         mine = times[renderer.name]
         ratios = [theirs / own for theirs, own in zip(mine, times[ours.name])]
         entry[renderer.name] = {"ms": statistics.median(mine), "ratio": statistics.median(ratios),
-                                "rms": float(np.sqrt(np.mean((pixels - reference) ** 2)))}
+                                "rms": error(pixels, reference)}
+        if isinstance(renderer, Blockwalk):
+            entry[renderer.name]["step"] = renderer.step
+    entry["best ratio"] = bestRatio(times, ours.name)
     return entry
+
+
+def bestRatio(times, own):
+    """Of the faster peer's time to ours, at the same step and, where there is one, at equal error: medians of turns."""
+    peers = [turns for name, turns in times.items() if not name.startswith("blockwalk")]
+    best = min(peers, key=statistics.median)
+    mine = times.get("blockwalk, equal error", times[own])
+    return statistics.median(theirs / own for theirs, own in zip(best, mine))
 
 
 def table(entries):
     names = ["blockwalk", "VTK fixed point", "VTK GPU"]
     lines = ["| scene | subblocks stored | filter | size | " + " | ".join(f"{n} ms (rms)" for n in names) +
-             " | fixed point / ours | GPU / ours |", "|" + "---|" * 9]
+             " | fixed point / ours | GPU / ours | ours at equal error, ms (rms), step | best / that |", "|" + "---|" * 11]
     for e in entries:
         cells = [f"{e[n]['ms']:.1f} ({e[n]['rms']:.2f})" if n in e else "-" for n in names]
         ratios = [f"{e[n]['ratio']:.2f}" if n in e else "-" for n in names[1:]]
+        coarse = e.get("blockwalk, equal error")
+        ratios.append(f"{coarse['ms']:.1f} ({coarse['rms']:.2f}), {coarse['step']}" if coarse else "-")
+        ratios.append(f"{e['best ratio']:.2f}")
         lines.append(f"| {e['scene']} | {100 * e['share']:.1f} % | {e['filter']} | {e['size']} | " +
                      " | ".join(cells + ratios) + " |")
     return "\n".join(lines) + "\n"
