@@ -27,6 +27,7 @@ void Downsampler::clear(std::span<std::byte> coarse) const {
   const auto narrow = static_cast<std::uint16_t>(type_ == VoxelType::f32 ? 0 : empty_value_);
   if (type_ != VoxelType::f32 && type_ != VoxelType::rgba8) std::memcpy(value.data(), &narrow, sizeof narrow);
   const std::size_t bytes = voxelBytes(type_);
+  if (value == decltype(value){}) return static_cast<void>(std::ranges::fill(coarse, std::byte{0}));
   for (std::size_t i = 0; i < coarse.size(); i += bytes) std::memcpy(coarse.data() + i, value.data(), bytes);
 }
 
@@ -90,35 +91,64 @@ std::uint32_t Downsampler::meanColor(std::span<const std::uint32_t> children) co
   return packed;
 }
 
+// An integer of twice the width: two voxels that lie side by side.
+template <typename T>
+using Pair = std::conditional_t<sizeof(T) == 1, std::uint16_t, std::uint32_t>;
+
+// Planes 2z and 2z + 1 of a subblock, in words of W.
+template <typename W, std::size_t words>
+struct TwoPlanes {
+  std::array<W, words> lower;
+  std::array<W, words> upper;
+
+  TwoPlanes(const std::byte* fine, std::size_t z) {
+    std::memcpy(lower.data(), fine + 2 * z * sizeof lower, sizeof lower);
+    std::memcpy(upper.data(), fine + (2 * z + 1) * sizeof upper, sizeof upper);
+  }
+};
+
 // All 8 children are inside, for all voxels: rows at a time. The sums are taken in the order of meanScalar().
 template <typename T, std::size_t side>
 void Downsampler::averageWhole(const std::byte* fine, std::byte* octant) const {
-  using Sum = std::conditional_t<std::is_floating_point_v<T>, double, std::uint32_t>;
   constexpr std::size_t half = side / 2;
-  std::array<T, side> row;
-  std::array<Sum, half> sums;
-  for (std::size_t z = 0; z < half; ++z) {
-    for (std::size_t y = 0; y < half; ++y) {
-      sums.fill(0);
-      for (std::size_t child = 0; child < 4; ++child) {
-        const std::size_t from = ((2 * z + child / 2) * side + 2 * y + child % 2) * side;
-        std::memcpy(row.data(), fine + from * sizeof(T), side * sizeof(T));
-        if constexpr (std::is_floating_point_v<T>) {
-          for (T& value : row) value = std::isfinite(value) ? value : empty_value_;
-        }
+  if constexpr (std::is_integral_v<T>) {
+    using Wide = Pair<T>;
+    constexpr int kBits = 8 * sizeof(T);
+    constexpr auto kLow = static_cast<Wide>(std::numeric_limits<T>::max());
+    std::array<T, half * half> out;
+    for (std::size_t z = 0; z < half; ++z) {
+      const TwoPlanes<Wide, side * half> planes(fine, z);
+      std::array<Wide, side * half> sums;
+      for (std::size_t i = 0; i < sums.size(); ++i) {
+        sums[i] = static_cast<Wide>((planes.lower[i] & kLow) + (planes.lower[i] >> kBits) + (planes.upper[i] & kLow) +
+                                    (planes.upper[i] >> kBits));
+      }
+      for (std::size_t y = 0; y < half; ++y) {
         for (std::size_t x = 0; x < half; ++x) {
-          sums[x] += static_cast<Sum>(row[2 * x]);
-          sums[x] += static_cast<Sum>(row[2 * x + 1]);
+          const Wide* pair = &sums[2 * y * half + x];
+          out[y * half + x] = static_cast<T>(static_cast<Wide>(pair[0] + pair[half] + 4) >> 3);
         }
       }
-      for (std::size_t x = 0; x < half; ++x) {
-        if constexpr (std::is_floating_point_v<T>) {
-          row[x] = static_cast<T>(sums[x] / 8) + T{0};
-        } else {
-          row[x] = static_cast<T>((sums[x] + 4) / 8);
+      std::memcpy(octant + z * sizeof out, out.data(), sizeof out);
+    }
+  } else {
+    std::array<T, side> row;
+    std::array<double, half> sums;
+    for (std::size_t z = 0; z < half; ++z) {
+      for (std::size_t y = 0; y < half; ++y) {
+        sums.fill(0);
+        for (std::size_t child = 0; child < 4; ++child) {
+          const std::size_t from = ((2 * z + child / 2) * side + 2 * y + child % 2) * side;
+          std::memcpy(row.data(), fine + from * sizeof(T), side * sizeof(T));
+          for (T& value : row) value = std::isfinite(value) ? value : empty_value_;
+          for (std::size_t x = 0; x < half; ++x) {
+            sums[x] += static_cast<double>(row[2 * x]);
+            sums[x] += static_cast<double>(row[2 * x + 1]);
+          }
         }
+        for (std::size_t x = 0; x < half; ++x) row[x] = static_cast<T>(sums[x] / 8) + T{0};
+        std::memcpy(octant + (z * half + y) * half * sizeof(T), row.data(), half * sizeof(T));
       }
-      std::memcpy(octant + (z * half + y) * half * sizeof(T), row.data(), half * sizeof(T));
     }
   }
 }
@@ -146,34 +176,38 @@ template <typename T, std::size_t side>
 void Downsampler::greatestWhole(const std::byte* fine, std::byte* octant) const {
   constexpr std::size_t half = side / 2;
   const auto empty = static_cast<T>(empty_value_);
-  std::array<T, side> row;
-  std::array<T, side> most;
-  if (std::is_integral_v<T> && static_cast<double>(first_full_) > static_cast<double>(std::numeric_limits<T>::max())) {
-    for (std::size_t i = 0; i < half * half * half; ++i) std::memcpy(octant + i * sizeof(T), &empty, sizeof(T));
-    return;
-  }
-  [[maybe_unused]] const auto first = static_cast<T>(first_full_);  // comparisons as narrow as densities
+  std::array<T, half * half> out;
   for (std::size_t z = 0; z < half; ++z) {
-    for (std::size_t y = 0; y < half; ++y) {
-      most.fill(empty);
-      for (std::size_t child = 0; child < 4; ++child) {
-        const std::size_t from = ((2 * z + child / 2) * side + 2 * y + child % 2) * side;
-        std::memcpy(row.data(), fine + from * sizeof(T), side * sizeof(T));
-        if constexpr (std::is_floating_point_v<T>) {
-          for (T& value : row) value = std::isfinite(value) ? value : empty;
-        }
-        for (std::size_t x = 0; x < side; ++x) most[x] = std::max(most[x], row[x]);
+    TwoPlanes<T, side * side> planes(fine, z);
+    std::array<T, side* side>& most = planes.lower;
+    if constexpr (std::is_integral_v<T>) {
+      // What is made of odd rows is not used.
+      for (std::size_t i = 0; i < most.size(); ++i) most[i] = std::max(most[i], planes.upper[i]);
+      for (std::size_t i = 0; i < most.size() - side; ++i) most[i] = std::max(most[i], most[i + side]);
+      std::array<Pair<T>, side * half> pairs;
+      std::memcpy(pairs.data(), most.data(), sizeof pairs);
+      constexpr auto kLow = static_cast<Pair<T>>(std::numeric_limits<T>::max());
+      for (Pair<T>& pair : pairs) {
+        pair = std::max<Pair<T>>(pair & kLow, static_cast<Pair<T>>(pair >> (8 * sizeof(T))));
+        pair = pair >= first_full_ ? pair : static_cast<Pair<T>>(empty);
       }
-      for (std::size_t x = 0; x < half; ++x) {
-        const T value = std::max(most[2 * x], most[2 * x + 1]);
-        if constexpr (std::is_floating_point_v<T>) {
-          row[x] = isEmptyDensity(value, threshold_) ? empty : value;
-        } else {
-          row[x] = value >= first ? value : empty;
-        }
+      for (std::size_t i = 0; i < out.size(); ++i) out[i] = static_cast<T>(pairs[i / half * side + i % half]);
+    } else {
+      for (auto* plane : {&planes.lower, &planes.upper}) {
+        for (T& value : *plane) value = std::isfinite(value) ? value : empty;
       }
-      std::memcpy(octant + (z * half + y) * half * sizeof(T), row.data(), half * sizeof(T));
+      for (std::size_t i = 0; i < out.size(); ++i) {
+        const std::size_t at = i / half * 2 * side + i % half * 2;
+        T value = empty;
+        for (const std::size_t x : {at, at + 1}) {
+          T own = std::max(std::max(planes.lower[x], planes.lower[x + side]),
+                           std::max(planes.upper[x], planes.upper[x + side]));
+          value = x == at ? own : std::max(value, own);
+        }
+        out[i] = isEmptyDensity(value, threshold_) ? empty : value;
+      }
     }
+    std::memcpy(octant + z * sizeof out, out.data(), sizeof out);
   }
 }
 

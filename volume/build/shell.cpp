@@ -11,6 +11,42 @@
 #include "volume/file/layout.h"
 
 namespace blockwalk {
+namespace {
+
+// The first row of a plane, what `fold` makes of all, and the last. Of integers halves of all rows at a time, of floats
+// one after the other, so that of 0 and -0 the first stays.
+template <typename T, std::size_t n, typename Fold>
+void foldRows(std::array<T, n * n>& plane, T* rows, Fold fold) {
+  std::memcpy(rows, plane.data(), n * sizeof(T));
+  std::memcpy(rows + 2 * n, plane.data() + (n - 1) * n, n * sizeof(T));
+  if constexpr (std::is_floating_point_v<T>) {
+    for (std::size_t y = 1; y < n; ++y) {
+      for (std::size_t x = 0; x < n; ++x) plane[x] = fold(plane[x], plane[y * n + x]);
+    }
+  } else {
+    for (std::size_t part = n * n / 2; part >= n; part /= 2) {
+      for (std::size_t i = 0; i < part; ++i) plane[i] = fold(plane[i], plane[part + i]);
+    }
+  }
+  std::memcpy(rows + n, plane.data(), n * sizeof(T));
+}
+
+// Leaves in the first of each of 9 rows what `fold` makes of the row: of integers halves of all rows at a time, of
+// floats one after the other, so that of 0 and -0 the first stays.
+template <typename T, std::size_t n, typename Fold>
+void foldAlong(std::array<T, 10 * n>& rows, Fold fold) {
+  if constexpr (std::is_floating_point_v<T>) {
+    for (std::size_t i = 0; i < 9 * n; i += n) {
+      for (std::size_t x = 1; x < n; ++x) rows[i] = fold(rows[i], rows[i + x]);
+    }
+    return;
+  }
+  for (std::size_t step = n / 2; step > 0; step /= 2) {
+    for (std::size_t i = 0; i < 9 * n; ++i) rows[i] = fold(rows[i], rows[i + step]);
+  }
+}
+
+}  // namespace
 
 ShellReader::ShellReader(VoxelType type, int side, const ChannelInfo& channel)
     : type_(type), side_(side), threshold_(channel.empty_threshold), empty_value_(emptyValue(type, channel)) {}
@@ -79,32 +115,28 @@ void ShellReader::readSide(const std::byte* voxels, glm::ivec3 extent, std::byte
       planes[1].greatest[i] = std::max(planes[1].greatest[i], settled[z * n * n + i]);
     }
   }
-  std::array<T, 2 * kShellParts> parts;
+  const auto lesser = [](T a, T b) { return std::min(a, b); };
+  const auto greater = [](T a, T b) { return std::max(a, b); };
+  // Of each plane and dy a row; one more is read and not used.
+  std::array<T, 10 * n> least{};
+  std::array<T, 10 * n> greatest{};
   for (std::size_t dz = 0; dz < 3; ++dz) {
-    const Ends& plane = planes[dz];
-    std::array<std::array<T, n>, 3> least;  // by dy
-    std::array<std::array<T, n>, 3> greatest;
-    for (std::size_t x = 0; x < n; ++x) {
-      least[0][x] = least[1][x] = plane.least[x];
-      greatest[0][x] = greatest[1][x] = plane.greatest[x];
-      least[2][x] = plane.least[(n - 1) * n + x];
-      greatest[2][x] = plane.greatest[(n - 1) * n + x];
-    }
-    for (std::size_t y = 1; y < n; ++y) {
-      for (std::size_t x = 0; x < n; ++x) {
-        least[1][x] = std::min(least[1][x], plane.least[y * n + x]);
-        greatest[1][x] = std::max(greatest[1][x], plane.greatest[y * n + x]);
-      }
-    }
-    for (std::size_t dy = 0; dy < 3; ++dy) {
-      T* part = parts.data() + 2 * (3 * (dy + 3 * dz));
-      part[0] = least[dy].front();
-      part[1] = greatest[dy].front();
-      part[2] = *std::ranges::min_element(least[dy]);
-      part[3] = *std::ranges::max_element(greatest[dy]);
-      part[4] = least[dy].back();
-      part[5] = greatest[dy].back();
-    }
+    foldRows<T, n>(planes[dz].least, least.data() + 3 * dz * n, lesser);
+    foldRows<T, n>(planes[dz].greatest, greatest.data() + 3 * dz * n, greater);
+  }
+  std::array<T, 2 * kShellParts> parts;
+  for (std::size_t row = 0; row < 9; ++row) {
+    T* part = parts.data() + 6 * row;
+    part[0] = least[row * n];
+    part[1] = greatest[row * n];
+    part[4] = least[row * n + n - 1];
+    part[5] = greatest[row * n + n - 1];
+  }
+  foldAlong<T, n>(least, lesser);
+  foldAlong<T, n>(greatest, greater);
+  for (std::size_t row = 0; row < 9; ++row) {
+    parts[6 * row + 2] = least[row * n];
+    parts[6 * row + 3] = greatest[row * n];
   }
   std::memcpy(out, parts.data(), sizeof parts);
 }

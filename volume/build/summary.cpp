@@ -55,9 +55,11 @@ Subblock SubblockSummary::scanIntegers(std::span<const std::byte> voxels, glm::i
     std::memcpy(&value, from + index * kStep, sizeof value);
     return value;
   };
-  T least = kMost;
-  T greatest = 0;
-  std::array<T, 64> values;  // of a known length, so that many are compared at a time
+  // Of a known length, so that many are compared at a time.
+  std::array<T, 64> values;
+  std::array<T, 64> leasts;
+  std::array<T, 64> greatests{};
+  leasts.fill(kMost);
   for (int i = 0; i < runs; ++i) {
     const std::byte* from = beginOf(i);
     for (std::size_t begin = 0; begin < run; begin += values.size()) {
@@ -68,11 +70,16 @@ Subblock SubblockSummary::scanIntegers(std::span<const std::byte> voxels, glm::i
       } else {
         for (std::size_t x = 0; x < count; ++x) values[x] = valueAt(from, begin + x);
       }
-      for (const T value : values) greatest = std::max(greatest, value);
-      for (T& value : values) value = value >= first_full ? value : kMost;
-      for (const T value : values) least = std::min(least, value);
+      for (std::size_t x = 0; x < values.size(); ++x) {
+        greatests[x] = std::max(greatests[x], values[x]);
+        leasts[x] = std::min(leasts[x], values[x] >= first_full ? values[x] : kMost);
+      }
     }
   }
+  T least = kMost;
+  T greatest = 0;
+  for (const T value : leasts) least = std::min(least, value);
+  for (const T value : greatests) greatest = std::max(greatest, value);
   if (masks_[greatest] == 0) return {};
   const unsigned all = 2u * masks_[greatest] - masks_[least];  // the bits from that of the least on
   unsigned mask = 0;

@@ -2,43 +2,57 @@
 #include "volume/build/values_guess.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 
 namespace blockwalk {
 
 ValuesGuess::ValuesGuess(VoxelType type, float empty) : type_(type), empty_(empty) {}
 
+// Counted as narrow as the values are, many at a time.
 template <typename T>
 void ValuesGuess::addAs(std::span<const std::byte> voxels) {
-  const std::size_t count = voxels.size() / sizeof(T);
-  const auto empty = static_cast<int>(std::clamp(empty_, -1.0f, 65536.0f));
   constexpr std::size_t kRun = 512;  // looked at of each kStep
   constexpr std::size_t kStep = 4096;
+  constexpr std::size_t kPart = 64;  // counted in a T
+  const std::size_t count = voxels.size() / sizeof(T);
+  const auto empty_value = static_cast<int>(std::clamp(empty_, -1.0f, 65536.0f));
+  const auto empty = static_cast<T>(empty_value);
+  const auto none_is_empty = static_cast<T>(empty_value == empty ? 0 : 1);  // beyond the type
+  std::array<T, kPart + 1> values;
   for (std::size_t begin = 0; begin + 1 < count; begin += kStep) {
     const std::size_t end = std::min(begin + kRun, count - 1);
-    std::uint32_t pairs = 0;
-    std::uint32_t equal = 0;
-    std::uint32_t near = 0;
-    for (std::size_t i = begin; i < end; ++i) {
-      T own{};
-      T next{};
-      std::memcpy(&own, voxels.data() + i * sizeof(T), sizeof own);
-      std::memcpy(&next, voxels.data() + (i + 1) * sizeof(T), sizeof next);
-      const bool both = own != empty && next != empty;
-      const int step = static_cast<int>(own) - static_cast<int>(next);
-      pairs += both ? 1 : 0;
-      equal += both && step == 0 ? 1 : 0;
-      near += both && step != 0 && step >= -2 && step <= 2 ? 1 : 0;
+    for (std::size_t at = begin; at < end; at += kPart) {
+      const std::size_t pairs = std::min(kPart, end - at);
+      std::memcpy(values.data(), voxels.data() + at * sizeof(T), (pairs + 1) * sizeof(T));
+      T both = 0;
+      T equal = 0;
+      T near = 0;
+      for (std::size_t i = 0; i < pairs; ++i) {
+        const T own = values[i];
+        const T next = values[i + 1];
+        const auto apart = static_cast<T>(std::max(own, next) - std::min(own, next));
+        const auto counts = static_cast<T>(none_is_empty | static_cast<T>((own != empty) & (next != empty)));
+        both += counts;
+        equal += counts & static_cast<T>(apart == 0);
+        near += counts & static_cast<T>((apart != 0) & (apart <= 2));
+      }
+      pairs_ += both;
+      equal_ += equal;
+      near_ += near;
     }
-    pairs_ += pairs;
-    equal_ += equal;
-    near_ += near;
   }
 }
 
 void ValuesGuess::add(std::span<const std::byte> voxels) {
   if (type_ == VoxelType::u8) addAs<std::uint8_t>(voxels);
   if (type_ == VoxelType::u16) addAs<std::uint16_t>(voxels);
+}
+
+void ValuesGuess::add(const ValuesGuess& other) {
+  pairs_ += other.pairs_;
+  equal_ += other.equal_;
+  near_ += other.near_;
 }
 
 ChannelValues ValuesGuess::guess(std::size_t distinct) const {

@@ -19,6 +19,7 @@ class ValuesGuess {
   ValuesGuess(VoxelType type, float empty);
 
   void add(std::span<const std::byte> voxels);
+  void add(const ValuesGuess& other);
   // `distinct`: how many different non-empty values there are.
   ChannelValues guess(std::size_t distinct) const;
 
