@@ -62,6 +62,7 @@ class OutputFile {
   std::filesystem::path partial_;
   std::vector<std::filesystem::path> leftovers_;
   int descriptor_ = -1;
+  std::uint64_t unsynced_ = 0;  // written since the disk was last told to begin
 };
 
 // The folder that holds `path`: "." for a bare name.
