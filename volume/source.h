@@ -2,6 +2,7 @@
 // The one interface between importers and the builder: a source yields rows of voxels in the stored type.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -46,6 +47,12 @@ inline std::size_t channelRowBytes(const SourceInfo& info) {
 struct ConversionReport {
   std::uint64_t nonfinite_voxels = 0;
   double largest_rounding = 0;  // data units
+
+  // Of other rows.
+  void add(const ConversionReport& other) {
+    nonfinite_voxels += other.nonfinite_voxels;
+    largest_rounding = std::max(largest_rounding, other.largest_rounding);
+  }
 };
 
 class Source {
@@ -55,6 +62,9 @@ class Source {
   // Rows [y, y + count) of slice z, converted: channel after channel, of each count * channelRowBytes() bytes, x
   // fastest. Without random access the calls must come in ascending (z, y) without gaps. Throws DataError.
   virtual void readRows(int z, int y, int count, std::span<std::byte> out) = 0;
+  // A source of the same rows for another thread, which has read none so far; nothing where there is but one reader.
+  // Only of sources with random access. What both need outlives either.
+  virtual std::unique_ptr<Source> another() const { return nullptr; }
   virtual ConversionReport conversion(std::size_t /*channel*/) const { return {}; }
 };
 

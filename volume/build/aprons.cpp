@@ -2,13 +2,11 @@
 #include "volume/build/aprons.h"
 
 #include <algorithm>
-#include <cmath>
 #include <cstring>
-#include <limits>
-#include <list>
-#include <type_traits>
+#include <unordered_map>
 #include <utility>
 
+#include "volume/build/neighbourhood.h"
 #include "volume/error.h"
 
 namespace blockwalk {
@@ -17,96 +15,6 @@ LevelShells::LevelShells(const std::filesystem::path& folder, std::size_t stream
     : shells_(folder, stream_bytes), blocks_(folder, stream_bytes), cache_bytes_(cache_bytes) {}
 
 namespace {
-
-struct StoredBlock {
-  std::uint64_t code = 0;
-  std::uint64_t first_subblock = 0;
-  SubblockSet stored{};
-};
-
-glm::ivec3 direction(std::size_t part) {
-  const auto d = static_cast<int>(part);
-  return {d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1};
-}
-
-// Whole blocks' shells, the latest in memory.
-class ShellCache {
- public:
-  ShellCache(const TempBytes& shells, std::size_t shell_bytes, std::size_t cache_bytes)
-      : shells_(shells), shell_bytes_(shell_bytes), cache_bytes_(cache_bytes) {}
-
-  // Valid until 27 other blocks were asked for.
-  const std::byte* of(const StoredBlock& block) {
-    const auto known = cache_.find(block.code);
-    if (known != cache_.end()) {
-      ages_.splice(ages_.begin(), ages_, known->second.age);
-      return known->second.bytes.data();
-    }
-    std::vector<std::byte> bytes(static_cast<std::size_t>(countOf(block.stored)) * shell_bytes_);
-    shells_.read(block.first_subblock * shell_bytes_, bytes);
-    cached_bytes_ += bytes.size();
-    while (cached_bytes_ > cache_bytes_ && ages_.size() > kShellParts) {
-      const auto oldest = cache_.find(ages_.back());
-      cached_bytes_ -= oldest->second.bytes.size();
-      cache_.erase(oldest);
-      ages_.pop_back();
-    }
-    ages_.push_front(block.code);
-    return cache_.emplace(block.code, Entry{.bytes = std::move(bytes), .age = ages_.begin()})
-        .first->second.bytes.data();
-  }
-
- private:
-  struct Entry {
-    std::vector<std::byte> bytes;
-    std::list<std::uint64_t>::iterator age;
-  };
-  const TempBytes& shells_;
-  std::size_t shell_bytes_;
-  std::size_t cache_bytes_;
-  std::uint64_t cached_bytes_ = 0;
-  std::unordered_map<std::uint64_t, Entry> cache_;
-  std::list<std::uint64_t> ages_;  // latest first
-};
-
-// The subblocks of a block and one more on each side, as shells of every channel.
-class Neighbourhood {
- public:
-  Neighbourhood(const VolumeInfo& info, glm::ivec3 dims)
-      : side_(info.block_side), subblock_dims_((dims + info.subblock_side - 1) / info.subblock_side) {
-    shells_.resize(static_cast<std::size_t>((side_ + 2) * (side_ + 2) * (side_ + 2)));
-  }
-
-  void clear() { std::ranges::fill(shells_, nullptr); }
-
-  // Takes what lies around the block at `origin` from a block whose origin is by `step` blocks from it.
-  void add(glm::ivec3 step, const SubblockSet& stored, const std::byte* shells, std::size_t shell_bytes) {
-    for (int local = 0; local < side_ * side_ * side_; ++local) {
-      if (!contains(stored, local)) continue;
-      const glm::ivec3 p = step * side_ + glm::ivec3(local % side_, local / side_ % side_, local / (side_ * side_));
-      const bool near =
-          glm::all(glm::greaterThanEqual(p, glm::ivec3(-1))) && glm::all(glm::lessThanEqual(p, glm::ivec3(side_)));
-      if (near) shells_[index(p)] = shells;
-      shells += shell_bytes;
-    }
-  }
-
-  const std::byte* at(glm::ivec3 local) const { return shells_[index(local)]; }
-  bool isInside(glm::ivec3 subblock) const {
-    return glm::all(glm::greaterThanEqual(subblock, glm::ivec3(0))) &&
-           glm::all(glm::lessThan(subblock, subblock_dims_));
-  }
-
- private:
-  std::size_t index(glm::ivec3 p) const {
-    const int side = side_ + 2;
-    return static_cast<std::size_t>(p.x + 1 + side * (p.y + 1 + side * (p.z + 1)));
-  }
-
-  int side_;
-  glm::ivec3 subblock_dims_;  // of the level
-  std::vector<const std::byte*> shells_;
-};
 
 // Makes the records of one block at a time.
 class ApronFinder {
@@ -129,8 +37,9 @@ class ApronFinder {
     BlockRecord record{.origin = origin, .stored = stored, .beyond = {}};
     for (std::vector<std::byte>& ranges : ranges_) ranges.clear();
     const int side = info_.block_side;
+    glm::ivec3 at(-1, 0, 0);
     for (int local = 0; local < side * side * side; ++local) {
-      const glm::ivec3 at(local % side, local / side % side, local / (side * side));
+      if (++at.x == side) at = at.y + 1 < side ? glm::ivec3(0, at.y + 1, at.z) : glm::ivec3(0, 0, at.z + 1);
       if (!neighbourhood_.isInside(origin * side + at)) continue;
       if (!look(origin * side, at)) continue;
       const bool has_voxels = contains(stored, local);
@@ -232,6 +141,8 @@ std::vector<std::uint64_t> blocksAround(std::span<const StoredBlock> stored, con
       if (d == kShellParts / 2 || glm::any(glm::lessThan(other, glm::ivec3(0))) ||
           glm::any(glm::greaterThanEqual(other, blocks)))
         continue;
+      const std::uint64_t code = mortonCode(glm::uvec3(other));
+      if (isStored(code)) continue;
       // Only what has a subblock on that side can reach there.
       bool reaches = false;
       for (int local = 0; local < info.block_side * info.block_side * info.block_side && !reaches; ++local) {
@@ -245,13 +156,69 @@ std::vector<std::uint64_t> blocksAround(std::span<const StoredBlock> stored, con
           if (step[axis] > 0 && at[axis] != info.block_side - 1) reaches = false;
         }
       }
-      const std::uint64_t code = reaches ? mortonCode(glm::uvec3(other)) : 0;
-      if (reaches && !isStored(code)) codes.push_back(code);
+      if (reaches) codes.push_back(code);
     }
     if (codes.size() > 2 * settled + 65536) settle();
   }
   settle();
   return codes;
+}
+
+constexpr std::size_t kJobBlocks = 128;  // in a job; what lies around them is read for each job
+
+// The shells of a level, and what is known of it.
+struct AllShells {
+  const VolumeInfo& info;
+  glm::ivec3 dims;
+  std::span<const StoredBlock> stored;
+  const TempBytes& shells;
+  std::size_t shell_bytes;  // of a subblock
+  std::size_t cache_bytes;  // of a job
+};
+
+// A block that has subblocks, or that lies around some.
+struct WantedAprons {
+  std::uint64_t code = 0;
+  SubblockSet stored{};
+};
+
+// Of several blocks, as the file holds them.
+struct FoundAprons {
+  std::uint64_t blocks = 0;
+  std::uint64_t subblocks = 0;
+  std::vector<std::byte> records;
+  std::vector<std::vector<std::byte>> ranges;  // by channel
+};
+
+FoundAprons findAprons(const AllShells& all, const std::unordered_map<std::uint64_t, std::size_t>& places,
+                       std::span<const WantedAprons> run) {
+  FoundAprons aprons;
+  ShellCache cache(all.shells, all.shell_bytes, all.cache_bytes);
+  aprons.ranges.resize(all.info.channels.size());
+  ApronFinder finder(all.info, all.dims);
+  for (const WantedAprons& wanted : run) {
+    const glm::ivec3 origin = mortonPosition(wanted.code);
+    finder.neighbourhood().clear();
+    for (std::size_t d = 0; d < kShellParts; ++d) {
+      const glm::ivec3 other = origin + direction(d);
+      if (glm::any(glm::lessThan(other, glm::ivec3(0)))) continue;
+      const auto place = places.find(mortonCode(glm::uvec3(other)));
+      if (place == places.end()) continue;
+      const StoredBlock& block = all.stored[place->second];
+      finder.neighbourhood().add(direction(d), block.stored, cache.of(block), all.shell_bytes);
+    }
+    const BlockRecord found = finder.find(origin, wanted.stored);
+    const int count = countOf(found.stored) + countOf(found.beyond);
+    if (count == 0) continue;
+    appendBlockRecord(aprons.records, all.info.block_side, found);
+    for (std::size_t channel = 0; channel < aprons.ranges.size(); ++channel) {
+      const std::span<const std::byte> ranges = finder.ranges(channel);
+      aprons.ranges[channel].insert(aprons.ranges[channel].end(), ranges.begin(), ranges.end());
+    }
+    ++aprons.blocks;
+    aprons.subblocks += static_cast<std::uint64_t>(count);
+  }
+  return aprons;
 }
 
 }  // namespace
@@ -263,48 +230,48 @@ void LevelShells::addBlock(glm::ivec3 origin, const SubblockSet& stored) {
 }
 
 LevelShells::Aprons LevelShells::find(const VolumeInfo& info, glm::ivec3 dims, TempBytes& blocks,
-                                      std::span<TempBytes* const> apron_ranges) {
+                                      std::span<TempBytes* const> apron_ranges, Workers& workers) {
   std::vector<StoredBlock> stored(static_cast<std::size_t>(blocks_.size() / sizeof(StoredBlock)));
   blocks_.read(0, std::as_writable_bytes(std::span(stored)));
+  const AllShells all{.info = info,
+                      .dims = dims,
+                      .stored = stored,
+                      .shells = shells_,
+                      .shell_bytes = info.channels.size() * kShellParts * apronRangeBytes(info.type),
+                      .cache_bytes = cache_bytes_ / (2 * static_cast<std::size_t>(workers.threads()))};
   std::unordered_map<std::uint64_t, std::size_t> places;
   places.reserve(stored.size());
   for (std::size_t i = 0; i < stored.size(); ++i) places.emplace(stored[i].code, i);
-  const std::vector<std::uint64_t> around = blocksAround(stored, info, dims);
 
-  const std::size_t shell_bytes = info.channels.size() * kShellParts * apronRangeBytes(info.type);
-  ShellCache cache(shells_, shell_bytes, cache_bytes_);
-  ApronFinder finder(info, dims);
   Aprons aprons;
-  std::vector<std::byte> record;
-  const auto findOne = [&](std::uint64_t code, const SubblockSet& own) {
-    const glm::ivec3 origin = mortonPosition(code);
-    finder.neighbourhood().clear();
-    for (std::size_t d = 0; d < kShellParts; ++d) {
-      const glm::ivec3 other = origin + direction(d);
-      if (glm::any(glm::lessThan(other, glm::ivec3(0)))) continue;
-      const auto place = places.find(mortonCode(glm::uvec3(other)));
-      if (place == places.end()) continue;
-      const StoredBlock& block = stored[place->second];
-      finder.neighbourhood().add(direction(d), block.stored, cache.of(block), shell_bytes);
-    }
-    const BlockRecord found = finder.find(origin, own);
-    const int count = countOf(found.stored) + countOf(found.beyond);
-    if (count == 0) return;
-    record.clear();
-    appendBlockRecord(record, info.block_side, found);
-    blocks.append(record);
+  JobsInOrder<FoundAprons> jobs(workers);
+  const auto take = [&] {
+    const FoundAprons found = jobs.take();
+    blocks.append(found.records);
     for (std::size_t channel = 0; channel < apron_ranges.size(); ++channel) {
-      apron_ranges[channel]->append(finder.ranges(channel));
+      apron_ranges[channel]->append(found.ranges[channel]);
     }
-    ++aprons.blocks;
-    aprons.subblocks += static_cast<std::uint64_t>(count);
+    aprons.blocks += found.blocks;
+    aprons.subblocks += found.subblocks;
   };
+  std::vector<WantedAprons> wanted;
+  const auto find = [&] {
+    if (jobs.full()) take();
+    jobs.start([&, run = std::exchange(wanted, {})] { return findAprons(all, places, run); });
+  };
+  const auto want = [&](std::uint64_t code, const SubblockSet& own) {
+    wanted.push_back({.code = code, .stored = own});
+    if (wanted.size() == kJobBlocks) find();
+  };
+  const std::vector<std::uint64_t> around = blocksAround(stored, info, dims);
   auto next = around.begin();
   for (const StoredBlock& block : stored) {
-    for (; next != around.end() && *next < block.code; ++next) findOne(*next, {});
-    findOne(block.code, block.stored);
+    for (; next != around.end() && *next < block.code; ++next) want(*next, {});
+    want(block.code, block.stored);
   }
-  for (; next != around.end(); ++next) findOne(*next, {});
+  for (; next != around.end(); ++next) want(*next, {});
+  if (!wanted.empty()) find();
+  while (!jobs.empty()) take();
   return aprons;
 }
 

@@ -8,11 +8,11 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
-#include <unordered_map>
 #include <vector>
 
 #include "volume/build/shell.h"
 #include "volume/build/storage.h"
+#include "volume/build/workers.h"
 #include "volume/file/layout.h"
 
 namespace blockwalk {
@@ -33,7 +33,8 @@ class LevelShells {
   };
   // Appends block records of the level and, of each channel, apron ranges. `dims`: of the level. Memory: 56 bytes a
   // block and the cache.
-  Aprons find(const VolumeInfo& info, glm::ivec3 dims, TempBytes& blocks, std::span<TempBytes* const> apron_ranges);
+  Aprons find(const VolumeInfo& info, glm::ivec3 dims, TempBytes& blocks, std::span<TempBytes* const> apron_ranges,
+              Workers& workers);
 
  private:
   TempBytes shells_;

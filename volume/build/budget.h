@@ -13,15 +13,19 @@ namespace blockwalk {
 constexpr std::uint64_t kLeastMemoryBytes = std::uint64_t{64} << 20;
 
 struct BuildBudget {
-  std::uint64_t slab_bytes = 0;  // slices of a source without random access
-  std::uint64_t sort_bytes = 0;  // records of level 0
-  std::size_t stream_bytes = 0;  // of each temporary stream, at most 8 a level, and of subblocks until they are sorted
-  std::size_t shell_bytes = 0;   // of shells read again when aprons are found, which is after the sort
+  std::uint64_t slab_bytes = 0;   // slices of a source without random access
+  std::uint64_t sort_bytes = 0;   // records of level 0
+  std::uint64_t spill_bytes = 0;  // subblocks of level 0 that need no file
+  std::uint64_t scan_bytes = 0;   // strips that are read and cut at the same time, but for two which there always are
+  std::size_t stream_bytes = 0;   // of each temporary stream, at most 8 a level, and of subblocks until they are sorted
+  std::size_t shell_bytes = 0;    // of shells read again when aprons are found, which is after the sort
 };
 
 inline BuildBudget budgetOf(std::uint64_t memory_bytes) {
   return {.slab_bytes = memory_bytes / 3,
           .sort_bytes = memory_bytes / 8,
+          .spill_bytes = memory_bytes / 4,
+          .scan_bytes = memory_bytes / 16,
           .stream_bytes = static_cast<std::size_t>(memory_bytes / 1024),
           .shell_bytes = static_cast<std::size_t>(memory_bytes / 16)};
 }

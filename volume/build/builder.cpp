@@ -7,6 +7,7 @@
 #include <cerrno>
 #include <cmath>
 #include <system_error>
+#include <utility>
 
 #include "volume/build/budget.h"
 #include "volume/build/levels.h"
@@ -83,7 +84,8 @@ std::uint64_t fixedBytes(const VolumeInfo& info, std::uint64_t memory_bytes) {
   // some that wait to be written.
   const std::uint64_t pages = std::max(block, std::uint64_t{1} << 20);
   const auto workers = static_cast<std::uint64_t>(workerCount(memory_bytes));
-  const std::uint64_t of_workers = std::max((workers + 2) * 2 * channels * block, (workers + 1) * 3 * pages);
+  const std::uint64_t of_workers =
+      std::max((2 * workers + 1) * 2 * (channels * block + (std::uint64_t{1} << 20)), (2 * workers + 1) * 2 * pages);
   return channels * (2 * strip + (2 * levels + 1) * block) + of_workers + (std::uint64_t{8} << 20);
 }
 
@@ -139,7 +141,7 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
 }
 
 // And what the densities are, once all were read.
-VolumeInfo describeScanned(VolumeInfo info, const Source& source, const Scan& scan, const BuildOptions& options) {
+VolumeInfo describeScanned(VolumeInfo info, const Scan& scan, const BuildOptions& options) {
   for (std::size_t i = 0; i < info.channels.size(); ++i) {
     ChannelInfo& channel = info.channels[i];
     scan.statistics[i].describe(channel, scan.thresholds[i], options.mask_bins);
@@ -150,7 +152,7 @@ VolumeInfo describeScanned(VolumeInfo info, const Source& source, const Scan& sc
     if (channel.values == ChannelValues::labels && options.mask_bins == MaskBins::automatic) {
       scan.statistics[i].describe(channel, scan.thresholds[i], MaskBins::quantile);
     }
-    const ConversionReport conversion = source.conversion(i);
+    const ConversionReport& conversion = scan.conversions[i];
     // A source that converts may have lost the NaN that it counted, and one that does not may not have counted.
     channel.nonfinite_voxels = std::max(channel.nonfinite_voxels, conversion.nonfinite_voxels);
     channel.largest_rounding = conversion.largest_rounding;
@@ -183,7 +185,10 @@ void checkPath(const std::filesystem::path& path) {
 }  // namespace
 
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options) {
-  return buildVolume(source, path, options, budgetOf(options.memory_bytes));
+  BuildBudget budget = budgetOf(options.memory_bytes);
+  // Rows that can be asked for in any order need no slab.
+  if (source.info().random_access) budget.spill_bytes += std::exchange(budget.slab_bytes, 0);
+  return buildVolume(source, path, options, budget);
 }
 
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options,
@@ -195,9 +200,9 @@ BuildReport buildVolume(Source& source, const std::filesystem::path& path, const
   const std::filesystem::path folder = folderOf(path);
 
   Scan scan = scanSource(source, grid, options, budget, folder);
-  const VolumeInfo scanned = describeScanned(grid, source, scan, options);
+  const VolumeInfo scanned = describeScanned(grid, scan, options);
   BuiltLevels built = buildLevels(scan, scanned, budget, folder, options);
-  return writeVolume(path, describeBuilt(scanned, built), built, scan.spill, options);
+  return writeVolume(path, describeBuilt(scanned, built), built, *scan.spill, options);
 }
 
 }  // namespace blockwalk

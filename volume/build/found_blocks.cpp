@@ -25,8 +25,10 @@ void fillConstant(std::span<std::byte> out, std::span<const std::byte> voxel, gl
   }
 }
 
-// Of sparse blocks several are looked at in one job: handing it over takes as long as looking at a subblock.
-constexpr std::size_t kLeastSubblocks = 32;
+// Blocks are looked at in one job until they have as many bytes of voxels: handing it over takes as long as looking at
+// some subblocks.
+constexpr std::size_t kJobBytes = std::size_t{1} << 20;
+constexpr std::size_t kKeptBlocks = 16;  // of a job, for their memory
 
 struct WantedBlock {
   glm::ivec3 origin{0};
@@ -45,21 +47,26 @@ class FoundBlock {
   }
 
  private:
-  // Sets `voxels` of every candidate.
+  // Sets `voxels` of every candidate: where the spill has it in memory, else here.
   void load(const Scan& scan, const VolumeInfo& info, glm::ivec3 origin,
             std::span<LevelBuilder::Candidate> candidates) {
     const std::size_t subblock_bytes =
         static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type) * info.channels.size();
     std::vector<std::uint64_t> slots;
-    for (const LevelBuilder::Candidate& candidate : candidates) {
-      if ((candidate.slot & kConstantSlot) == 0) slots.push_back(candidate.slot);
+    std::size_t constants = 0;
+    for (LevelBuilder::Candidate& candidate : candidates) {
+      const bool constant = (candidate.slot & kConstantSlot) != 0;
+      if (!constant) candidate.voxels = scan.spill->inMemory(candidate.slot, 1);
+      constants += constant ? 1 : 0;
+      if (!constant && candidate.voxels.empty()) slots.push_back(candidate.slot);
     }
-    voxels_.resize(candidates.size() * subblock_bytes);
+    voxels_.resize((slots.size() + constants) * subblock_bytes);
     std::size_t next_spilled = 0;
     std::size_t next_filled = slots.size() * subblock_bytes;
-    loadSlots(scan.spill, scan.constants, slots, {.slot_bytes = subblock_bytes, .offset = 0, .bytes = subblock_bytes},
+    loadSlots(*scan.spill, scan.constants, slots, {.slot_bytes = subblock_bytes, .offset = 0, .bytes = subblock_bytes},
               std::span(voxels_).first(next_filled));
     for (LevelBuilder::Candidate& candidate : candidates) {
+      if (!candidate.voxels.empty()) continue;
       const bool constant = (candidate.slot & kConstantSlot) != 0;
       std::size_t& next = constant ? next_filled : next_spilled;
       const std::span<std::byte> voxels = std::span(voxels_).subspan(next, subblock_bytes);
@@ -100,8 +107,10 @@ BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& b
   const auto takeBlocks = [&] {
     done_with = jobs.take();
     for (const FoundBlock& block : done_with) builder.add(block.findings());
-    if (done_with.size() > 1) done_with.clear();  // a block each that grows in turn would be too much
+    if (done_with.size() > kKeptBlocks) done_with.clear();  // blocks that grow in turn would be too much
   };
+  const std::size_t least_subblocks =
+      kJobBytes / (static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type) * info.channels.size()) + 1;
   std::vector<WantedBlock> wanted;
   std::size_t wanted_subblocks = 0;
   const auto find = [&] {
@@ -121,7 +130,7 @@ BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& b
   const auto flush = [&] {
     wanted_subblocks += candidates.size();
     wanted.push_back({.origin = mortonPosition(code), .candidates = std::exchange(candidates, {})});
-    if (wanted_subblocks >= kLeastSubblocks) find();
+    if (wanted_subblocks >= least_subblocks) find();
   };
 
   SubblockRecord record;
@@ -137,7 +146,7 @@ BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& b
   if (!candidates.empty()) flush();
   if (!wanted.empty()) find();
   while (!jobs.empty()) takeBlocks();
-  return builder.finish();
+  return builder.finish(workers);
 }
 
 }  // namespace blockwalk

@@ -22,20 +22,17 @@ void clearOutside(std::span<std::byte> subblock, std::size_t voxel_bytes, glm::i
   }
 }
 
-// memcpy() whose length is known in the cases that come nearly always.
-void copyRow(std::byte* to, const std::byte* from, std::size_t bytes) {
-  switch (bytes) {
-    case 4:
-      std::memcpy(to, from, 4);
-      return;
-    case 8:
-      std::memcpy(to, from, 8);
-      return;
-    case 16:
-      std::memcpy(to, from, 16);
-      return;
-    default:
-      std::memcpy(to, from, bytes);
+// Rows of an octant, of `half` each way, into the subblock that is twice as wide. `row_bytes`: what of a row is inside;
+// known where `bytes` is not 0.
+template <std::size_t bytes>
+void copyOctant(const std::byte* from, std::byte* to, glm::ivec3 inside, std::size_t half, std::size_t voxel_bytes,
+                std::size_t row_bytes) {
+  const std::size_t octant_row = half * voxel_bytes;
+  for (std::size_t z = 0; z < static_cast<std::size_t>(inside.z); ++z) {
+    for (std::size_t y = 0; y < static_cast<std::size_t>(inside.y); ++y) {
+      std::memcpy(to + (z * 2 * half + y) * 2 * octant_row, from + (z * half + y) * octant_row,
+                  bytes == 0 ? row_bytes : bytes);
+    }
   }
 }
 
@@ -52,6 +49,10 @@ LevelBuilder::LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, co
     summaries_.emplace_back(info.type, info.subblock_side, channel);
     shell_readers_.emplace_back(info.type, info.subblock_side, channel);
     downsamplers_.emplace_back(info.type, info.subblock_side, channel, form);
+  }
+  const int side = info.block_side;
+  for (int local = 0; local < side * side * side; ++local) {
+    local_positions_.emplace_back(local % side, local / side % side, local / (side * side));
   }
   if (info.type == VoxelType::f32) built_.counts.resize(info.channels.size());
   const int count = levelCount(info.dims, info.blockVoxels());
@@ -71,11 +72,6 @@ LevelBuilder::LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, co
   if (form == Form::values && count > kFirstMaximaLevel && has_amounts) {
     maxima_.reset(new LevelBuilder(info, budget, folder, Form::maxima));
   }
-}
-
-glm::ivec3 LevelBuilder::localPosition(int local) const {
-  return {local % info_.block_side, local / info_.block_side % info_.block_side,
-          local / info_.block_side / info_.block_side};
 }
 
 void LevelBuilder::find(std::size_t level, glm::ivec3 origin, std::span<const Candidate> candidates,
@@ -176,43 +172,47 @@ void LevelBuilder::appendContent(std::size_t level, const Candidate& candidate) 
 }
 
 void LevelBuilder::coarsenInto(std::size_t level, const Findings& findings, std::span<const std::byte> octants) {
+  if (findings.stored.empty()) return;
+  const glm::ivec3 origin = findings.origin / 2;
+  Pending& pending = pending_[level];
+  if (pending.any && pending.origin != origin) finishPending(level);
+  pending.any = true;
+  pending.origin = origin;
+  pending.voxels.resize(local_positions_.size() * subblock_bytes_);
+  const glm::ivec3 first = (findings.origin - origin * 2) * info_.block_side;
   for (std::size_t i = 0; i < findings.stored.size(); ++i) {
-    const glm::ivec3 position = findings.origin * info_.block_side + localPosition(findings.stored[i].local);
+    const glm::ivec3 local = localPosition(findings.stored[i].local);
+    const glm::ivec3 position = findings.origin * info_.block_side + local;
     const glm::ivec3 extent =
         insideExtent(position * info_.subblock_side, built_.levels[level - 1].info.dims, info_.subblock_side);
-    placeOctant(level, position, extent, octants.subspan(i * subblock_bytes_ / 8, subblock_bytes_ / 8));
+    placeOctant(pending, first + local, extent, octants.subspan(i * subblock_bytes_ / 8, subblock_bytes_ / 8));
   }
 }
 
-void LevelBuilder::placeOctant(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent,
-                               std::span<const std::byte> octant) {
-  const glm::ivec3 coarse = subblock / 2;
-  const glm::ivec3 origin = coarse / info_.block_side;
-  if (pending_[level].any && pending_[level].origin != origin) finishPending(level);
-  Pending& pending = pending_[level];
-  pending.any = true;
-  pending.origin = origin;
-  const glm::ivec3 at = coarse - origin * info_.block_side;
+void LevelBuilder::placeOctant(Pending& pending, glm::ivec3 child, glm::ivec3 extent,
+                               std::span<const std::byte> octant) const {
+  const glm::ivec3 at = child / 2;
   const auto local = static_cast<std::size_t>(at.x + info_.block_side * (at.y + info_.block_side * at.z));
-  const auto per_block = static_cast<std::size_t>(info_.block_side * info_.block_side * info_.block_side);
-  pending.voxels.resize(per_block * subblock_bytes_);
   const std::span<std::byte> target = std::span(pending.voxels).subspan(local * subblock_bytes_, subblock_bytes_);
-  const int half = info_.subblock_side / 2;
-  const glm::ivec3 base = (subblock - coarse * 2) * half;
+  const auto half = static_cast<std::size_t>(info_.subblock_side / 2);
+  const glm::ivec3 base = (child - at * 2) * (info_.subblock_side / 2);
   const glm::ivec3 inside = (extent + 1) / 2;
   const std::size_t voxel_bytes = voxelBytes(info_.type);
-  const auto byteAt = [voxel_bytes](int side, int x, int y, int z) {
-    return static_cast<std::size_t>((z * side + y) * side + x) * voxel_bytes;
-  };
+  const std::size_t row_bytes = static_cast<std::size_t>(inside.x) * voxel_bytes;
+  const auto offset = static_cast<std::size_t>((base.z * info_.subblock_side + base.y) * info_.subblock_side + base.x);
   for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
     const std::span<std::byte> part = channelOf(target, channel);
     if (!pending.touched[local]) downsamplers_[channel].clear(part);
     const std::byte* from = octant.data() + channel * (channel_bytes_ / 8);
-    for (int z = 0; z < inside.z; ++z) {
-      for (int y = 0; y < inside.y; ++y) {
-        copyRow(part.data() + byteAt(info_.subblock_side, base.x, base.y + y, base.z + z), from + byteAt(half, 0, y, z),
-                static_cast<std::size_t>(inside.x) * voxel_bytes);
-      }
+    std::byte* to = part.data() + offset * voxel_bytes;
+    if (row_bytes == 4) {
+      copyOctant<4>(from, to, inside, half, voxel_bytes, row_bytes);
+    } else if (row_bytes == 8) {
+      copyOctant<8>(from, to, inside, half, voxel_bytes, row_bytes);
+    } else if (row_bytes == 16) {
+      copyOctant<16>(from, to, inside, half, voxel_bytes, row_bytes);
+    } else {
+      copyOctant<0>(from, to, inside, half, voxel_bytes, row_bytes);
     }
   }
   pending.touched[local] = true;
@@ -222,7 +222,7 @@ void LevelBuilder::finishPending(std::size_t level) {
   Pending& pending = pending_[level];
   if (!pending.any) return;
   std::vector<Candidate> candidates;
-  for (std::size_t local = 0; local < pending.touched.size(); ++local) {
+  for (std::size_t local = 0; local < local_positions_.size(); ++local) {
     if (!pending.touched[local]) continue;
     const std::span<std::byte> voxels = std::span(pending.voxels).subspan(local * subblock_bytes_, subblock_bytes_);
     const glm::ivec3 position = pending.origin * info_.block_side + localPosition(static_cast<int>(local));
@@ -240,11 +240,11 @@ void LevelBuilder::finishPending(std::size_t level) {
   pending.touched.fill(false);
 }
 
-void LevelBuilder::finishAprons(std::size_t level) {
+void LevelBuilder::finishAprons(std::size_t level, Workers& workers) {
   BuiltLevel& built = built_.levels[level];
   std::vector<TempBytes*> ranges;
   for (BuiltChannel& channel : built.channels) ranges.push_back(&channel.apron_ranges);
-  const LevelShells::Aprons aprons = shells_[level]->find(info_, built.info.dims, built.blocks, ranges);
+  const LevelShells::Aprons aprons = shells_[level]->find(info_, built.info.dims, built.blocks, ranges, workers);
   shells_[level].reset();
   built.info.apron_block_count = aprons.blocks;
   built.info.apron_subblock_count = aprons.subblocks;
@@ -255,13 +255,13 @@ void LevelBuilder::finishAprons(std::size_t level) {
   }
 }
 
-BuiltLevels LevelBuilder::finish() {
+BuiltLevels LevelBuilder::finish(Workers& workers) {
   for (std::size_t level = 0; level < built_.levels.size(); ++level) {
     if (level > 0) finishPending(level);
-    if (static_cast<int>(level) >= first_level_) finishAprons(level);
+    if (static_cast<int>(level) >= first_level_) finishAprons(level, workers);
   }
   if (maxima_) {
-    BuiltLevels made = maxima_->finish();
+    BuiltLevels made = maxima_->finish(workers);
     for (std::size_t level = kFirstMaximaLevel; level < made.levels.size(); ++level) {
       built_.maxima.push_back(std::move(made.levels[level]));
     }
@@ -269,7 +269,7 @@ BuiltLevels LevelBuilder::finish() {
   return std::move(built_);
 }
 
-void loadSlots(const TempBytes& spill, const TempBytes& constants, std::span<const std::uint64_t> slots,
+void loadSlots(const Spill& spill, const TempBytes& constants, std::span<const std::uint64_t> slots,
                const SlotPart& part, std::span<std::byte> out) {
   BLOCKWALK_CHECK(out.size(), ==, slots.size() * part.bytes);
   const bool whole = part.bytes == part.slot_bytes;
@@ -278,8 +278,12 @@ void loadSlots(const TempBytes& spill, const TempBytes& constants, std::span<con
     while (whole && end < slots.size() && slots[end] == slots[end - 1] + 1) ++end;
     const bool constant = (slots[begin] & kConstantSlot) != 0;
     const std::uint64_t slot = slots[begin] & ~kConstantSlot;
-    (constant ? constants : spill)
-        .read(slot * part.slot_bytes + part.offset, out.subspan(begin * part.bytes, (end - begin) * part.bytes));
+    const std::span<std::byte> to = out.subspan(begin * part.bytes, (end - begin) * part.bytes);
+    if (constant) {
+      constants.read(slot * part.slot_bytes + part.offset, to);
+    } else {
+      spill.read(slot * part.slot_bytes + part.offset, to);
+    }
     begin = end;
   }
 }

@@ -20,6 +20,7 @@
 #include "volume/build/scan.h"
 #include "volume/build/storage.h"
 #include "volume/build/summary.h"
+#include "volume/build/workers.h"
 
 namespace blockwalk {
 
@@ -76,7 +77,7 @@ class LevelBuilder {
   // Takes blocks of level 0 in Morton order.
   void add(const Findings& findings) { push(0, findings); }
   // Finishes all levels.
-  BuiltLevels finish();
+  BuiltLevels finish(Workers& workers);
 
  private:
   LevelBuilder(const VolumeInfo& info, const BuildBudget& budget, const std::filesystem::path& folder, Form form);
@@ -101,19 +102,22 @@ class LevelBuilder {
   void appendContent(std::size_t level, const Candidate& candidate);
   // `octants`: of each subblock, on the level below `level`.
   void coarsenInto(std::size_t level, const Findings& findings, std::span<const std::byte> octants);
-  void placeOctant(std::size_t level, glm::ivec3 subblock, glm::ivec3 extent, std::span<const std::byte> octant);
+  // `child`: the subblock that the octant is made of, counted from the first below the pending block; `extent` of it
+  // lies inside its level.
+  void placeOctant(Pending& pending, glm::ivec3 child, glm::ivec3 extent, std::span<const std::byte> octant) const;
   void finishPending(std::size_t level);
-  void finishAprons(std::size_t level);
-  glm::ivec3 localPosition(int local) const;
+  void finishAprons(std::size_t level, Workers& workers);
+  glm::ivec3 localPosition(int local) const { return local_positions_[static_cast<std::size_t>(local)]; }
 
   const VolumeInfo& info_;
-  int first_level_;                         // which is kept; finer ones are only made to get there
-  std::unique_ptr<LevelBuilder> maxima_;    // fed with what is kept of level 0
-  std::vector<SubblockSummary> summaries_;  // by channel
-  std::vector<ShellReader> shell_readers_;  // by channel
-  std::vector<Downsampler> downsamplers_;   // by channel
-  std::size_t channel_bytes_;               // of a subblock in one channel
-  std::size_t subblock_bytes_;              // in all
+  int first_level_;                          // which is kept; finer ones are only made to get there
+  std::unique_ptr<LevelBuilder> maxima_;     // fed with what is kept of level 0
+  std::vector<SubblockSummary> summaries_;   // by channel
+  std::vector<ShellReader> shell_readers_;   // by channel
+  std::vector<Downsampler> downsamplers_;    // by channel
+  std::size_t channel_bytes_;                // of a subblock in one channel
+  std::size_t subblock_bytes_;               // in all
+  std::vector<glm::ivec3> local_positions_;  // of subblocks in their block
   BuiltLevels built_;
   std::vector<std::optional<LevelShells>> shells_;  // of a level until it is finished
   std::vector<Pending> pending_;                    // [0] is not used
@@ -132,7 +136,7 @@ struct SlotPart {
 
 // Reads that part of each slot, one after the other into `out`, from the spill or, where a slot has kConstantSlot, from
 // the constants; whole slots that are neighbours are read at once.
-void loadSlots(const TempBytes& spill, const TempBytes& constants, std::span<const std::uint64_t> slots,
+void loadSlots(const Spill& spill, const TempBytes& constants, std::span<const std::uint64_t> slots,
                const SlotPart& part, std::span<std::byte> out);
 
 }  // namespace blockwalk

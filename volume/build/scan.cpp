@@ -2,191 +2,149 @@
 #include "volume/build/scan.h"
 
 #include <algorithm>
-#include <array>
 #include <cstring>
-#include <numeric>
-#include <type_traits>
 #include <utility>
 #include <vector>
 
+#include "volume/build/strip_cutter.h"
 #include "volume/build/strips.h"
 #include "volume/build/workers.h"
 
 namespace blockwalk {
 namespace {
 
-// No early exit inside a run, so that the compiler compares many voxels at a time.
-template <typename T, std::size_t channels>
-bool anyAbove(std::span<const std::byte> voxels, float threshold) {
-  constexpr std::size_t kRun = 1024 * sizeof(T) * channels;
-  for (std::size_t begin = 0; begin < voxels.size(); begin += kRun) {
-    const std::size_t end = std::min(begin + kRun, voxels.size());
-    bool any = false;
-    T greatest{};
-    for (std::size_t i = begin; i < end; i += sizeof(T) * channels) {
-      T value{};
-      std::memcpy(&value, voxels.data() + i + (channels - 1) * sizeof(T), sizeof value);
-      if constexpr (std::is_integral_v<T>) {
-        greatest = std::max(greatest, value);
-      } else {
-        any |= !isEmptyDensity(value, threshold);
-      }
-    }
-    if (any || (std::is_integral_v<T> && !isEmptyDensity(static_cast<float>(greatest), threshold))) return true;
-  }
-  return false;
-}
-
-bool anyNonEmpty(VoxelType type, std::span<const std::byte> voxels, float threshold) {
-  switch (type) {
-    case VoxelType::u8:
-      return anyAbove<std::uint8_t, 1>(voxels, threshold);
-    case VoxelType::rgba8:
-      return anyAbove<std::uint8_t, 4>(voxels, threshold);
-    case VoxelType::u16:
-      return anyAbove<std::uint16_t, 1>(voxels, threshold);
-    case VoxelType::f32:
-      return anyAbove<float, 1>(voxels, threshold);
-  }
-  return false;
-}
-
-// Cuts a strip into subblocks and decides what becomes of each. What goes into the spill gathers first, up to
-// `group_bytes`, and is written in the order of its keys: the next passes read block after block, and a strip holds one
-// row of many blocks.
-class StripCutter {
- public:
-  StripCutter(const VolumeInfo& info, Scan& scan, std::size_t group_bytes)
-      : info_(info),
-        scan_(scan),
-        thresholds_known_(scan.knowsThresholds()),
-        voxel_bytes_(voxelBytes(info.type)),
-        channel_bytes_(static_cast<std::size_t>(info.subblockVoxels()) * voxel_bytes_),
-        subblock_(channel_bytes_ * info.channels.size()),
-        group_count_(std::max<std::size_t>(1, group_bytes / subblock_.size())),
-        constant_(voxel_bytes_ * info.channels.size()) {}
-
-  void cut(const Strip& strip, int y, int z) {
-    if (thresholds_known_ && !anyChannel([&](std::size_t channel) { return strip.channel(channel); })) return;
-    for (int x = 0; x * info_.subblock_side < strip.extent.x; ++x) {
-      const glm::ivec3 extent(std::min(info_.subblock_side, strip.extent.x - x * info_.subblock_side), strip.extent.y,
-                              strip.extent.z);
-      bool constant = true;
-      for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-        constant = gather(strip, channel, x * info_.subblock_side, extent) && constant;
-      }
-      store(subblockKey({x, y, z}, info_.block_side), constant);
-    }
-  }
-
-  // After the last strip, and whenever the group is full.
-  void flush() {
-    order_.resize(keys_.size());
-    std::iota(order_.begin(), order_.end(), std::size_t{0});
-    std::ranges::sort(order_, {}, [this](std::size_t i) { return keys_[i]; });
-    for (const std::size_t i : order_) {
-      scan_.records.add({.key = keys_[i], .slot = scan_.spill.size() / subblock_.size()});
-      scan_.spill.append(std::span(group_).subspan(i * subblock_.size(), subblock_.size()));
-    }
-    keys_.clear();
-    group_.clear();
-  }
-
- private:
-  std::span<std::byte> subblockOf(std::size_t channel) {
-    return std::span(subblock_).subspan(channel * channel_bytes_, channel_bytes_);
-  }
-
-  // Whether some channel has a non-empty voxel in voxelsOf(channel).
-  template <typename VoxelsOf>
-  bool anyChannel(VoxelsOf voxelsOf) {
-    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      if (anyNonEmpty(info_.type, voxelsOf(channel), *scan_.thresholds[channel])) return true;
-    }
-    return false;
-  }
-
-  // Copies a channel of the subblock that begins at `x`, zeros outside. True when all its voxels are the same bytes.
-  bool gather(const Strip& strip, std::size_t channel, int x, glm::ivec3 extent) {
-    const auto side = static_cast<std::size_t>(info_.subblock_side);
-    const std::size_t row_bytes = static_cast<std::size_t>(extent.x) * voxel_bytes_;
-    const std::span<std::byte> out = subblockOf(channel);
-    if (extent != glm::ivec3(info_.subblock_side)) std::ranges::fill(out, std::byte{0});
-    bool constant = true;
-    for (int z = 0; z < extent.z; ++z) {
-      for (int y = 0; y < extent.y; ++y) {
-        const auto row =
-            static_cast<std::size_t>(z) * static_cast<std::size_t>(strip.extent.y) + static_cast<std::size_t>(y);
-        const std::byte* from =
-            strip.channel(channel).data() +
-            (row * static_cast<std::size_t>(strip.extent.x) + static_cast<std::size_t>(x)) * voxel_bytes_;
-        const auto to = (static_cast<std::size_t>(z) * side + static_cast<std::size_t>(y)) * side * voxel_bytes_;
-        std::memcpy(out.data() + to, from, row_bytes);
-        // A row repeats its first voxel when it equals itself shifted by one voxel.
-        constant = constant && std::memcmp(from, out.data(), voxel_bytes_) == 0 &&
-                   std::memcmp(from, from + voxel_bytes_, row_bytes - voxel_bytes_) == 0;
-      }
-    }
-    return constant;
-  }
-
-  void store(std::uint64_t key, bool constant) {
-    // Padding is 0 and may count as non-empty below a negative threshold; the next pass looks again.
-    if (thresholds_known_ && !anyChannel([&](std::size_t channel) { return subblockOf(channel); })) return;
-    if (constant && !thresholds_known_) {
-      scan_.records.add({.key = key, .slot = kConstantSlot | constantIndex()});
-      return;
-    }
-    if (keys_.size() == group_count_) flush();
-    if (group_.capacity() == 0) group_.reserve(group_count_ * subblock_.size());
-    keys_.push_back(key);
-    group_.insert(group_.end(), subblock_.begin(), subblock_.end());
-  }
-
-  // Where the constants hold the first voxel of each channel; a value that comes again and again is held once.
-  std::uint64_t constantIndex() {
-    bool repeats = scan_.constants.size() > 0;
-    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      std::byte* last = constant_.data() + channel * voxel_bytes_;
-      repeats = repeats && std::memcmp(last, subblockOf(channel).data(), voxel_bytes_) == 0;
-      std::memcpy(last, subblockOf(channel).data(), voxel_bytes_);
-    }
-    if (!repeats) scan_.constants.append(constant_);
-    return scan_.constants.size() / constant_.size() - 1;
-  }
-
-  const VolumeInfo& info_;
-  Scan& scan_;
-  bool thresholds_known_;
-  std::size_t voxel_bytes_;
-  std::size_t channel_bytes_;        // of a subblock in one channel
-  std::vector<std::byte> subblock_;  // channel after channel
-  std::size_t group_count_;          // subblocks
-  std::vector<std::uint64_t> keys_;  // of the group, as they came
-  std::vector<std::byte> group_;     // their voxels
-  std::vector<std::size_t> order_;
-  std::vector<std::byte> constant_;  // the newest of the constants
-};
-
 constexpr std::size_t kBatchBytes = std::size_t{1} << 20;  // handing a batch over takes as long as 10 to 50 KiB
 
 // Strips that are cut in one go.
-struct StripBatch {
-  struct Placed {
-    Strip strip;
+class StripBatch {
+ public:
+  struct Place {
     int y = 0;
     int z = 0;
   };
-  std::vector<Placed> strips;
-  std::vector<std::vector<std::byte>> voxels;  // of a strip each; kept for the next ones
-
-  const Strip& read(StripReader& reader, int y, int z) {
-    if (strips.size() == voxels.size()) voxels.emplace_back();
-    strips.push_back({.strip = reader.read(z, y, voxels[strips.size()]), .y = y, .z = z});
-    return strips.back().strip;
+  void clear() {
+    places_.clear();
+    strips_.clear();
   }
-  std::size_t bytes() const { return strips.empty() ? 0 : strips.size() * strips.front().strip.voxels.size(); }
+  void add(Place place) { places_.push_back(place); }
+  void read(StripReader& reader) {
+    voxels_.resize(std::max(voxels_.size(), places_.size()));
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      strips_.push_back(reader.read(places_[i].z, places_[i].y, voxels_[i]));
+    }
+  }
+  std::uint64_t rows() const {
+    std::uint64_t rows = 0;
+    for (const Strip& strip : strips_) {
+      rows += static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z);
+    }
+    return rows;
+  }
+  template <typename Do>
+  void forEach(Do look) const {
+    for (std::size_t i = 0; i < strips_.size(); ++i) look(strips_[i], places_[i]);
+  }
+
+ private:
+  std::vector<Place> places_;
+  std::vector<Strip> strips_;
+  std::vector<std::vector<std::byte>> voxels_;  // of a strip each; kept for the next ones
 };
+
+// What one job at a time works with. Where the source has another for it, it reads its strips itself.
+class StripScanner {
+ public:
+  StripScanner(Source& source, const VolumeInfo& info, const Scan& scan, const BuildBudget& budget,
+               const std::filesystem::path& folder)
+      : source_(source.another()),
+        statistics_(scan.statistics),
+        guesses_(scan.guesses),
+        cutter_(info, scan.thresholds, budget.stream_bytes, *scan.spill) {
+    if (source_) reader_.emplace(*source_, info.subblock_side, budget.slab_bytes, folder);
+  }
+
+  StripBatch& batch() { return batch_; }
+  bool reads() const { return reader_.has_value(); }
+
+  void scan() {
+    if (reader_) batch_.read(*reader_);
+    batch_.forEach([this](const Strip& strip, StripBatch::Place place) {
+      for (std::size_t channel = 0; channel < strip.channels; ++channel) {
+        statistics_[channel].add(strip.channel(channel));
+        if (!guesses_.empty()) guesses_[channel].add(strip.channel(channel));
+      }
+      cutter_.cut(strip, place.y, place.z);
+    });
+    found_ = cutter_.take();
+  }
+  // Of the last batch.
+  CutSubblocks& found() { return found_; }
+
+  // Adds what was counted in all batches.
+  void addTo(Scan& scan) const {
+    for (std::size_t channel = 0; channel < statistics_.size(); ++channel) {
+      scan.statistics[channel].add(statistics_[channel]);
+      if (!guesses_.empty()) scan.guesses[channel].add(guesses_[channel]);
+      if (source_) scan.conversions[channel].add(source_->conversion(channel));
+    }
+  }
+
+ private:
+  std::unique_ptr<Source> source_;
+  std::optional<StripReader> reader_;
+  StripBatch batch_;
+  std::vector<DensityStatistics> statistics_;
+  std::vector<ValuesGuess> guesses_;
+  StripCutter cutter_;
+  CutSubblocks found_;
+};
+
+// Takes the records of batch after batch.
+class RecordTaker {
+ public:
+  RecordTaker(const VolumeInfo& info, Scan& scan)
+      : scan_(scan), constant_bytes_(voxelBytes(info.type) * info.channels.size()) {}
+
+  void take(const CutSubblocks& found) {
+    // The first may be the last one's last.
+    const std::span<const std::byte> constants(found.constants);
+    const bool repeats = !constants.empty() && std::ranges::equal(constants.first(constant_bytes_), last_);
+    const std::uint64_t before = scan_.constants.size() / constant_bytes_ - (repeats ? 1 : 0);
+    scan_.constants.append(constants.subspan(repeats ? constant_bytes_ : 0));
+    if (!constants.empty())
+      last_.assign(constants.end() - static_cast<std::ptrdiff_t>(constant_bytes_), constants.end());
+    for (SubblockRecord record : found.records) {
+      if ((record.slot & kConstantSlot) != 0) record.slot += before;
+      scan_.records.add(record);
+    }
+  }
+
+ private:
+  Scan& scan_;
+  std::size_t constant_bytes_;
+  std::vector<std::byte> last_;  // of the constants
+};
+
+// Of one that is not cut short.
+std::uint64_t stripBytes(const VolumeInfo& info) {
+  const auto side = static_cast<std::uint64_t>(info.subblock_side);
+  return static_cast<std::uint64_t>(info.dims.x) * voxelBytes(info.type) * info.channels.size() *
+         std::min(side, static_cast<std::uint64_t>(info.dims.y)) *
+         std::min(side, static_cast<std::uint64_t>(info.dims.z));
+}
+
+int batchStrips(const VolumeInfo& info) {
+  return static_cast<int>((kBatchBytes + stripBytes(info) - 1) / stripBytes(info));
+}
+
+// As many as are worth it, and as the budget has memory for.
+std::size_t scannerCount(const VolumeInfo& info, const BuildBudget& budget, int threads) {
+  const glm::ivec3 strips = (info.dims + info.subblock_side - 1) / info.subblock_side;
+  const int batches = (strips.y * strips.z + batchStrips(info) - 1) / batchStrips(info);
+  const std::uint64_t each = kBatchBytes + stripBytes(info) + budget.stream_bytes;
+  const auto fitting = static_cast<int>(std::min<std::uint64_t>(budget.scan_bytes / each, 64));
+  return static_cast<std::size_t>(std::min({std::max(fitting, 2), 2 * threads, batches}));
+}
 
 }  // namespace
 
@@ -203,54 +161,61 @@ std::uint64_t subblockKey(glm::ivec3 subblock, int block_side) {
 
 Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
                 const std::filesystem::path& folder) {
+  const std::size_t slot_bytes =
+      static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type) * info.channels.size();
   Scan scan{.thresholds = {},
             .statistics = {},
             .guesses = {},
+            .conversions = {},
             .records = RecordSorter(folder, budget.sort_bytes),
-            .spill = TempBytes(folder, budget.stream_bytes),
+            .spill = std::make_unique<Spill>(folder, slot_bytes, budget.spill_bytes, budget.stream_bytes),
             .constants = TempBytes(folder, budget.stream_bytes)};
   for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
     const std::optional<float> threshold = thresholdBeforeReading(source.info(), channel, options);
     const float zero = static_cast<float>(info.channels[channel].storedFromData(0)) + 0.0f;
     scan.thresholds.push_back(threshold);
+    scan.conversions.emplace_back();
     scan.statistics.emplace_back(info.type, threshold.value_or(zero));
     if (options.values == ValuesRule::guess) scan.guesses.emplace_back(info.type, threshold.value_or(zero));
   }
+  Workers workers(workerCount(options.memory_bytes));
+  std::vector<std::unique_ptr<StripScanner>> idle(scannerCount(info, budget, workers.threads()));
+  for (auto& scanner : idle) scanner = std::make_unique<StripScanner>(source, info, scan, budget, folder);
+  // Strips of a source that gives no other are read here, while those before are counted and cut.
+  const bool reads_here = !idle.front()->reads();
   StripReader strips(source, info.subblock_side, budget.slab_bytes, folder);
-  StripCutter cutter(info, scan, budget.stream_bytes);
   const glm::ivec3 count = strips.strips();
   const auto rows = static_cast<std::uint64_t>(info.dims.y) * static_cast<std::uint64_t>(info.dims.z);
   std::uint64_t done = 0;
-  // While some strips are read and converted, a thread of its own counts and cuts those before.
-  std::array<StripBatch, 2> batches;
-  std::size_t own = 0;
-  Workers cutting(1);
-  JobsInOrder<void> jobs(cutting);
-  const auto cutBatch = [&] {
-    if (!jobs.empty()) jobs.take();
-    jobs.start([&scan, &cutter, &batch = batches[own]] {
-      for (const StripBatch::Placed& placed : batch.strips) {
-        for (std::size_t channel = 0; channel < placed.strip.channels; ++channel) {
-          scan.statistics[channel].add(placed.strip.channel(channel));
-          if (!scan.guesses.empty()) scan.guesses[channel].add(placed.strip.channel(channel));
-        }
-        cutter.cut(placed.strip, placed.y, placed.z);
-      }
-    });
-    own = 1 - own;
-    batches[own].strips.clear();
+  RecordTaker taker(info, scan);
+  JobsInOrder<std::unique_ptr<StripScanner>> jobs(workers);
+  const auto takeBatch = [&] {
+    idle.push_back(jobs.take());
+    taker.take(idle.back()->found());
+    done += idle.back()->batch().rows();
+    if (options.progress) options.progress("read", done, rows);
   };
-  for (int z = 0; z < count.z; ++z) {
-    for (int y = 0; y < count.y; ++y) {
-      const Strip& strip = batches[own].read(strips, y, z);
-      done += static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z);
-      if (batches[own].bytes() >= kBatchBytes) cutBatch();
-      if (options.progress) options.progress("read", done, rows);
+  const int strip_count = count.y * count.z;
+  const int batch_strips = batchStrips(info);
+  for (int begin = 0; begin < strip_count; begin += batch_strips) {
+    if (idle.empty()) takeBatch();
+    std::unique_ptr<StripScanner> scanner = std::move(idle.back());
+    idle.pop_back();
+    scanner->batch().clear();
+    for (int strip = begin; strip < std::min(begin + batch_strips, strip_count); ++strip) {
+      scanner->batch().add({.y = strip % count.y, .z = strip / count.y});
     }
+    if (reads_here) scanner->batch().read(strips);
+    jobs.start([scanner = std::move(scanner)]() mutable {
+      scanner->scan();
+      return std::move(scanner);
+    });
   }
-  cutBatch();
-  jobs.take();
-  cutter.flush();
+  while (!jobs.empty()) takeBatch();
+  for (const auto& scanner : idle) scanner->addTo(scan);
+  for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+    scan.conversions[channel].add(source.conversion(channel));
+  }
   scan.records.finish();
   return scan;
 }

@@ -2,14 +2,15 @@
 // The first pass: rows of the source become subblocks of level 0 in a spill, one record each, and statistics.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <filesystem>
+#include <memory>
 #include <optional>
 #include <vector>
 
 #include "volume/build/budget.h"
 #include "volume/build/sort.h"
+#include "volume/build/spill.h"
 #include "volume/build/statistics.h"
 #include "volume/build/storage.h"
 #include "volume/build/values_guess.h"
@@ -21,13 +22,10 @@ struct Scan {
   std::vector<std::optional<float>> thresholds;  // by channel: where it was known before reading
   std::vector<DensityStatistics> statistics;     // by channel
   std::vector<ValuesGuess> guesses;              // by channel; none where nothing is guessed
+  std::vector<ConversionReport> conversions;     // by channel
   RecordSorter records;                          // finished
-  TempBytes spill;                               // subblocks, slot after slot; in a slot channel after channel
+  std::unique_ptr<Spill> spill;                  // subblocks, slot after slot; in a slot channel after channel
   TempBytes constants;                           // a voxel of each channel, for records of a single value
-
-  bool knowsThresholds() const {
-    return std::ranges::all_of(thresholds, [](const auto& threshold) { return threshold.has_value(); });
-  }
 };
 
 // Reads the whole source. Subblocks without a non-empty voxel in any channel are left out where all thresholds are

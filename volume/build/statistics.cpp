@@ -116,6 +116,19 @@ void DensityStatistics::add(std::span<const std::byte> voxels) {
   }
 }
 
+void DensityStatistics::add(const DensityStatistics& other) {
+  nonfinite_ += other.nonfinite_;
+  for (std::size_t key = 0; key < counts_.size(); ++key) counts_[key] += other.counts_[key];
+  const float least = std::min(least_, other.least_);
+  float second = std::min(second_, other.second_);
+  if (least_ > least) second = std::min(second, least_);
+  if (other.least_ > least) second = std::min(second, other.least_);
+  least_ = least;
+  second_ = second;
+  above_reference_ = std::min(above_reference_, other.above_reference_);
+  greatest_ = std::max(greatest_, other.greatest_);
+}
+
 void DensityStatistics::addFloats(std::span<const std::byte> voxels) {
   float last = std::numeric_limits<float>::quiet_NaN();
   std::uint64_t run = 0;  // of voxels equal to `last`: backgrounds are long runs

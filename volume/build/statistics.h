@@ -24,6 +24,8 @@ class DensityStatistics {
   DensityStatistics(VoxelType type, float reference);
 
   void add(std::span<const std::byte> voxels);
+  // What was counted of other voxels, of the same type and reference.
+  void add(const DensityStatistics& other);
 
   // How many different values are not empty; exact for integers.
   std::size_t distinctAbove(float threshold) const;

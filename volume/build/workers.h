@@ -54,8 +54,9 @@ class JobsInOrder {
   JobsInOrder& operator=(const JobsInOrder&) = delete;
 
   bool empty() const { return results_.empty(); }
-  // Whether a result must be taken before another job is started.
-  bool full() const { return results_.size() > static_cast<std::size_t>(workers_.threads()); }
+  // Whether a result must be taken before another job is started: two jobs for each thread, so that none waits for the
+  // one whose turn it is.
+  bool full() const { return results_.size() >= 2 * static_cast<std::size_t>(workers_.threads()); }
 
   template <typename Job>
   void start(Job job) {

@@ -79,7 +79,7 @@ PackedPages packPages(std::vector<std::byte> voxels, std::span<const std::uint8_
 // Writes every record to its place, which their sizes give, and the voxels behind them as they come.
 class VolumeWriter {
  public:
-  VolumeWriter(const std::filesystem::path& path, VolumeInfo info, const BuiltLevels& built, const TempBytes& spill,
+  VolumeWriter(const std::filesystem::path& path, VolumeInfo info, const BuiltLevels& built, const Spill& spill,
                const BuildOptions& options)
       : info_(std::move(info)),
         built_(built),
@@ -213,7 +213,7 @@ class VolumeWriter {
 
   VolumeInfo info_;
   const BuiltLevels& built_;
-  const TempBytes& spill_;
+  const Spill& spill_;
   const BuildOptions& options_;
   std::filesystem::path path_;
   std::string metadata_;
@@ -231,7 +231,7 @@ class VolumeWriter {
 }  // namespace
 
 BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
-                        const TempBytes& spill, const BuildOptions& options) {
+                        const Spill& spill, const BuildOptions& options) {
   VolumeWriter writer(path, info, built, spill, options);
   for (const std::size_t index : fileOrder(info)) writer.writeEntry(index);
   return writer.finish();

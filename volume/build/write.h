@@ -14,6 +14,6 @@ namespace blockwalk {
 // Writes the file and gives it its name.
 // `info` is complete.
 BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
-                        const TempBytes& spill, const BuildOptions& options);
+                        const Spill& spill, const BuildOptions& options);
 
 }  // namespace blockwalk

@@ -5,7 +5,6 @@
 #include <array>
 #include <cstring>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "volume/demo/model.h"
@@ -23,7 +22,7 @@ constexpr std::array<MakeModel, 7> kModels = {makeFossil, makeRock,  makeChip,  
 
 class DemoSource final : public Source {
  public:
-  DemoSource(std::string_view name, std::unique_ptr<DemoModel> model) : model_(std::move(model)) {
+  DemoSource(std::string_view name, MakeModel make, int size) : make_(make), size_(size), model_(make(size)) {
     info_.name = name;
     info_.format = "demo";
     info_.type = model_->type();
@@ -36,6 +35,8 @@ class DemoSource final : public Source {
   }
 
   const SourceInfo& info() const override { return info_; }
+  // A model keeps what it found last, so each has its own.
+  std::unique_ptr<Source> another() const override { return std::make_unique<DemoSource>(info_.name, make_, size_); }
 
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
     const std::size_t row_bytes = channelRowBytes(info_);
@@ -55,6 +56,8 @@ class DemoSource final : public Source {
 
  private:
   SourceInfo info_;
+  MakeModel make_;
+  int size_;
   std::unique_ptr<DemoModel> model_;
   std::vector<std::byte> row_;
 };
@@ -72,7 +75,7 @@ std::unique_ptr<Source> openDemo(std::string_view name, int size) {
   }
   if (size < 1 || size > kMaxDim) failData("demo {}: size {} is outside 1..{}", name, size, kMaxDim);
   const auto index = static_cast<std::size_t>(found - kNames.begin());
-  return std::make_unique<DemoSource>(name, kModels[index](size));
+  return std::make_unique<DemoSource>(name, kModels[index], size);
 }
 
 glm::ivec3 demoDims(int size, glm::ivec3 shape) {

@@ -15,6 +15,7 @@ namespace blockwalk {
 class ByteReader {
  public:
   virtual ~ByteReader() = default;
+  // Then several threads may read at a time.
   virtual bool randomAccess() const = 0;
   // Fills `out` from byte `offset` of the array. Without random access calls are ascending without gaps, but for offset
   // 0, which starts again. Throws DataError.

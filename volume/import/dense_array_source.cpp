@@ -15,13 +15,17 @@ constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
 
 class SampleArray final : public Source {
  public:
-  SampleArray(SourceInfo info, ChannelConverter converter, ArrayOrder order, std::unique_ptr<ByteReader> bytes)
+  SampleArray(SourceInfo info, ChannelConverter converter, ArrayOrder order, std::shared_ptr<ByteReader> bytes)
       : info_(std::move(info)), converter_(std::move(converter)), order_(order), bytes_(std::move(bytes)) {
     info_.random_access = bytes_->randomAccess();
   }
 
   const SourceInfo& info() const override { return info_; }
   ConversionReport conversion(std::size_t channel) const override { return converter_.report(channel); }
+  std::unique_ptr<Source> another() const override {
+    if (!info_.random_access) return nullptr;
+    return std::make_unique<SampleArray>(info_, converter_.anew(), order_, bytes_);
+  }
 
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
     const auto width = static_cast<std::uint64_t>(info_.dims.x);
@@ -59,7 +63,7 @@ class SampleArray final : public Source {
   SourceInfo info_;
   ChannelConverter converter_;
   ArrayOrder order_;
-  std::unique_ptr<ByteReader> bytes_;
+  std::shared_ptr<ByteReader> bytes_;
   std::vector<std::byte> samples_;
 };
 

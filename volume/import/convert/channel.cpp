@@ -61,6 +61,12 @@ ChannelConverter ChannelConverter::ofPlanes(const SampleFormat& format, std::siz
   return {format, fieldConverters(format, channels, options, source)};
 }
 
+ChannelConverter ChannelConverter::anew() const {
+  ChannelConverter other(format_, converters_);
+  for (VoxelConverter& converter : other.converters_) converter.forgetReport();
+  return other;
+}
+
 void ChannelConverter::describe(SourceInfo& info, const ImportOptions& options) const {
   info.type = converters_[0].voxelType();
   info.channels.assign(channels(), {.name = {}, .value_scale = 1, .value_offset = converters_[0].valueOffset()});

@@ -23,6 +23,8 @@ class ChannelConverter {
   static ChannelConverter ofPlanes(const SampleFormat& format, std::size_t channels, const ImportOptions& options,
                                    const std::string& source);
 
+  // The same, which has converted nothing so far.
+  ChannelConverter anew() const;
   // Sets type and channels, with the names that the options give. Throws DataError when they are not one a channel.
   void describe(SourceInfo& info, const ImportOptions& options) const;
   std::size_t channels() const { return converters_.size(); }

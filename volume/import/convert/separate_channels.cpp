@@ -19,6 +19,15 @@ class SeparateChannels final : public Source {
   const SourceInfo& info() const override { return info_; }
   ConversionReport conversion(std::size_t channel) const override { return sources_[channel]->conversion(0); }
 
+  std::unique_ptr<Source> another() const override {
+    std::vector<std::unique_ptr<Source>> others;
+    for (const auto& source : sources_) {
+      others.push_back(source->another());
+      if (!others.back()) return nullptr;
+    }
+    return std::make_unique<SeparateChannels>(std::move(others), info_);
+  }
+
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
     const std::size_t bytes = static_cast<std::size_t>(count) * channelRowBytes(info_);
     BLOCKWALK_CHECK(out.size(), ==, bytes * sources_.size());

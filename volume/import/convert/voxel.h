@@ -26,6 +26,7 @@ class VoxelConverter {
   double valueOffset() const { return value_offset_; }
   const SampleFormat& format() const { return format_; }
   const ConversionReport& report() const { return report_; }
+  void forgetReport() { report_ = {}; }
 
   // `samples` holds whole voxels and is swapped in place where the format says so; `voxels` as many stored voxels.
   void convert(std::span<std::byte> samples, std::span<std::byte> voxels);
