@@ -221,6 +221,7 @@ void LevelBuilder::placeOctant(Pending& pending, glm::ivec3 child, glm::ivec3 ex
 void LevelBuilder::finishPending(std::size_t level) {
   Pending& pending = pending_[level];
   if (!pending.any) return;
+  const glm::ivec3 whole(info_.subblock_side);
   std::vector<Candidate> candidates;
   for (std::size_t local = 0; local < local_positions_.size(); ++local) {
     if (!pending.touched[local]) continue;
@@ -228,7 +229,7 @@ void LevelBuilder::finishPending(std::size_t level) {
     const glm::ivec3 position = pending.origin * info_.block_side + localPosition(static_cast<int>(local));
     const glm::ivec3 extent =
         insideExtent(position * info_.subblock_side, built_.levels[level].info.dims, info_.subblock_side);
-    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+    for (std::size_t channel = 0; channel < info_.channels.size() && extent != whole; ++channel) {
       clearOutside(channelOf(voxels, channel), voxelBytes(info_.type), extent, info_.subblock_side);
     }
     candidates.push_back({.local = static_cast<std::uint8_t>(local), .slot = 0, .voxels = voxels});

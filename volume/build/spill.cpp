@@ -8,6 +8,20 @@
 
 namespace blockwalk {
 
+namespace {
+
+// All pages at once instead of one after the other as they are written. A kernel that cannot does so then.
+void takePages(std::span<std::byte> bytes) {
+#ifdef MADV_POPULATE_WRITE
+  constexpr std::uintptr_t kPage = 4096;
+  const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data()) / kPage * kPage;
+  const auto end = reinterpret_cast<std::uintptr_t>(bytes.data() + bytes.size());
+  if (!bytes.empty()) ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_POPULATE_WRITE);
+#endif
+}
+
+}  // namespace
+
 Spill::Spill(const std::filesystem::path& folder, std::size_t slot_bytes, std::uint64_t memory_bytes,
              std::size_t stream_bytes)
     : slot_bytes_(slot_bytes), file_(folder, stream_bytes) {
@@ -37,6 +51,7 @@ std::uint64_t Spill::append(std::span<const std::byte> slots, std::span<const st
     slots_ += order.size();
   }
   std::byte* to = memory_.data() + first * slot_bytes_;
+  takePages({to, fitting * slot_bytes_});
   for (std::size_t i = 0; i < fitting; ++i) std::memcpy(to + i * slot_bytes_, slotAt(order[i]).data(), slot_bytes_);
   return first;
 }

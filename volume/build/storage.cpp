@@ -21,7 +21,6 @@ namespace blockwalk {
 namespace {
 
 constexpr std::size_t kPartialDigits = 8;
-constexpr std::uint64_t kSyncBytes = std::uint64_t{64} << 20;
 
 [[noreturn]] void failSystem(const std::filesystem::path& path, const char* action) {
   throw std::system_error(errno, std::generic_category(), fmt::format("{}: {}", path.string(), action));
@@ -159,12 +158,9 @@ void OutputFile::setLength(std::uint64_t bytes) {
 
 void OutputFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {
   writeAll(descriptor_, offset, bytes, partial_);
-  // The disk begins now, so that commit() does not wait for all of it; an error is commit()'s to see.
-  unsynced_ += bytes.size();
-  if (unsynced_ < kSyncBytes) return;
-  ::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
-  unsynced_ = 0;
 }
+
+void OutputFile::beginSync() const { ::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE); }
 
 void OutputFile::commit() {
   if (::fsync(descriptor_) != 0) failSystem(partial_, "cannot be written to the disk");

@@ -51,6 +51,9 @@ class OutputFile {
   // What is not written is zeros.
   void setLength(std::uint64_t bytes);
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  // The disk begins with what was written so far, so that commit() does not wait for all of it; what fails is commit()'s
+  // to see. May run beside write().
+  void beginSync() const;
   // Partial files of `path` that somebody else may be writing or have left behind: locks say nothing here.
   const std::vector<std::filesystem::path>& leftovers() const { return leftovers_; }
   // Where it is until commit().
@@ -62,7 +65,6 @@ class OutputFile {
   std::filesystem::path partial_;
   std::vector<std::filesystem::path> leftovers_;
   int descriptor_ = -1;
-  std::uint64_t unsynced_ = 0;  // written since the disk was last told to begin
 };
 
 // The folder that holds `path`: "." for a bare name.

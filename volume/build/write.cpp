@@ -31,7 +31,8 @@ class RunningChecksum {
   std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
 };
 
-constexpr std::uint64_t kPartBytes = std::uint64_t{1} << 20;  // copied at once; a page may be longer
+constexpr std::uint64_t kPartBytes = std::uint64_t{1} << 20;   // copied at once; a page may be longer
+constexpr std::uint64_t kSyncBytes = std::uint64_t{64} << 20;  // written until the disk is told to begin
 
 // With the voxels as long as they are unpacked.
 FileSizes sizesOf(const VolumeInfo& info, const BuiltLevels& built, const std::string& metadata) {
@@ -91,7 +92,8 @@ class VolumeWriter {
         file_(path),
         part_(kPartBytes),
         channel_bytes_(static_cast<std::size_t>(info_.subblockVoxels()) * voxelBytes(info_.type)),
-        workers_(workerCount(options.memory_bytes)) {
+        workers_(workerCount(options.memory_bytes)),
+        syncs_(workers_) {
     for (const LevelEntry& entry : layout_.entries) subblocks_ += entry.subblock_count * info_.channels.size();
     voxels_end_ = layout_.of(fileOrder(info_).front(), 0).voxels.offset;
     // A disk that cannot hold a file this long says so now.
@@ -123,6 +125,7 @@ class VolumeWriter {
   }
 
   BuildReport finish() {
+    while (!syncs_.empty()) syncs_.take();
     layout_.file_bytes = voxels_end_;
     file_.setLength(layout_.file_bytes);
     const std::vector<std::byte> header = encodeHeader(info_, layout_, metadata_);
@@ -190,6 +193,12 @@ class VolumeWriter {
   void append(Section& voxels, const PackedPages& packed, std::vector<PageEntry>& pages) {
     file_.write(voxels.offset + voxels.bytes, packed.bytes);
     voxels.bytes += packed.bytes.size();
+    unsynced_ += packed.bytes.size();
+    if (unsynced_ >= kSyncBytes) {
+      if (!syncs_.empty()) syncs_.take();
+      syncs_.start([this] { file_.beginSync(); });
+      unsynced_ = 0;
+    }
     pages.insert(pages.end(), packed.entries.begin(), packed.entries.end());
     for (const PageEntry& entry : packed.entries) {
       ++info_.pages[entry.codec];
@@ -225,7 +234,9 @@ class VolumeWriter {
   std::uint64_t written_ = 0;
   std::uint64_t voxels_end_ = 0;  // of those written so far
   std::vector<std::byte> spare_;  // memory of pages that are written
+  std::uint64_t unsynced_ = 0;    // written since the disk was last told to begin
   Workers workers_;
+  JobsInOrder<void> syncs_;
 };
 
 }  // namespace
