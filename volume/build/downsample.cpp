@@ -211,57 +211,81 @@ void Downsampler::greatestWhole(const std::byte* fine, std::byte* octant) const 
   }
 }
 
-// Rows at a time; what meanColor() gives.
+// Planes at a time; what meanColor() gives. Everything is an integer below 2^24, which floats hold, add and multiply
+// exactly and many at a time.
 template <std::size_t side>
 void Downsampler::meanColorsWhole(const std::byte* fine, std::byte* octant) const {
   constexpr std::size_t half = side / 2;
   const auto first = static_cast<std::int32_t>(first_full_);
-  for (std::size_t i = 0; i < half * half; ++i) {
-    std::array<std::array<std::int32_t, side>, 4> sums{};  // of two voxels each: colours times density, density
-    for (std::size_t child = 0; child < 4; ++child) {
-      std::array<std::uint32_t, side> row;
-      const std::size_t from = ((2 * (i / half) + child / 2) * side + 2 * (i % half) + child % 2) * side;
-      std::memcpy(row.data(), fine + from * sizeof row[0], sizeof row);
-      for (std::size_t x = 0; x < side; ++x) {
-        const auto density = static_cast<std::int32_t>(row[x] >> 24);
-        const std::int32_t own = density >= first ? density : 0;
-        sums[0][x] += own * static_cast<std::int32_t>(row[x] & 0xff);
-        sums[1][x] += own * static_cast<std::int32_t>(row[x] >> 8 & 0xff);
-        sums[2][x] += own * static_cast<std::int32_t>(row[x] >> 16 & 0xff);
-        sums[3][x] += own;
+  for (std::size_t z = 0; z < half; ++z) {
+    const TwoPlanes<std::uint32_t, side * side> planes(fine, z);
+    std::array<std::int32_t, side * side> lower;  // densities, of empty voxels 0
+    std::array<std::int32_t, side * side> upper;
+    for (std::size_t i = 0; i < side * side; ++i) {
+      lower[i] = static_cast<std::int32_t>(planes.lower[i] >> 24);
+      upper[i] = static_cast<std::int32_t>(planes.upper[i] >> 24);
+      lower[i] &= -static_cast<std::int32_t>(lower[i] >= first);
+      upper[i] &= -static_cast<std::int32_t>(upper[i] >= first);
+    }
+    std::array<std::array<float, side * side>, 4> sums;  // of two voxels each: colours times density, density
+    for (std::size_t i = 0; i < side * side; ++i) sums[3][i] = static_cast<float>(lower[i] + upper[i]);
+    for (std::size_t channel = 0; channel < 3; ++channel) {
+      const auto color = [channel](std::uint32_t voxel) {
+        return static_cast<float>(static_cast<std::int32_t>(voxel >> (8 * channel) & 0xff));
+      };
+      for (std::size_t i = 0; i < side * side; ++i) {
+        sums[channel][i] = static_cast<float>(lower[i]) * color(planes.lower[i]) +
+                           static_cast<float>(upper[i]) * color(planes.upper[i]);
       }
     }
-    std::array<std::uint32_t, half> out;
-    for (std::size_t x = 0; x < half; ++x) {
-      const std::int32_t density = sums[3][2 * x] + sums[3][2 * x + 1];
-      // Quotients of integers below 2^24 that are not above 255: no float rounds up to the next integer.
-      const auto divisor = static_cast<float>(density > 0 ? 2 * density : 1);
-      std::uint32_t packed = static_cast<std::uint32_t>(2 * density + 8) / 16 << 24;
+    std::array<std::array<float, half * half>, 4> totals;  // of eight
+    for (std::size_t sum = 0; sum < 4; ++sum) {
+      std::array<float, half * side> rows;
+      for (std::size_t y = 0; y < half; ++y) {
+        const float* row = &sums[sum][2 * y * side];
+        for (std::size_t x = 0; x < side; ++x) rows[y * side + x] = row[x] + row[side + x];
+      }
+      for (std::size_t i = 0; i < half * half; ++i) totals[sum][i] = rows[2 * i] + rows[2 * i + 1];
+    }
+    std::array<std::uint32_t, half * half> out;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const auto density = static_cast<std::int32_t>(totals[3][i]);
+      // Quotients that are not above 255: no float rounds up to the next integer.
+      const auto divisor = static_cast<float>(std::max(2 * density, 1));
+      std::uint32_t packed = static_cast<std::uint32_t>((2 * density + 8) >> 4) << 24;
       for (std::size_t channel = 0; channel < 3; ++channel) {
-        const std::int32_t color = sums[channel][2 * x] + sums[channel][2 * x + 1];
-        const auto mean = static_cast<std::int32_t>(static_cast<float>(2 * color + density) / divisor);
+        const auto mean = static_cast<std::int32_t>((2 * totals[channel][i] + totals[3][i]) / divisor);
         packed |= static_cast<std::uint32_t>(mean) << (8 * channel);
       }
-      out[x] = packed;
+      out[i] = packed;
     }
-    std::memcpy(octant + i * sizeof out, out.data(), sizeof out);
+    std::memcpy(octant + z * sizeof out, out.data(), sizeof out);
   }
 }
 
+// Pairs, then rows, then planes: of several that are greatest the first, as greatestColor() finds it.
 template <std::size_t side>
 void Downsampler::greatestColorsWhole(const std::byte* fine, std::byte* octant) const {
   constexpr std::size_t half = side / 2;
-  const auto greater = [](std::uint32_t best, std::uint32_t other) { return other >> 24 > best >> 24 ? other : best; };
-  for (std::size_t i = 0; i < half * half; ++i) {
-    std::array<std::uint32_t, half> out{};
-    for (std::size_t child = 0; child < 4; ++child) {
-      std::array<std::uint32_t, side> row;
-      const std::size_t from = ((2 * (i / half) + child / 2) * side + 2 * (i % half) + child % 2) * side;
-      std::memcpy(row.data(), fine + from * sizeof row[0], sizeof row);
-      for (std::size_t x = 0; x < half; ++x) out[x] = greater(greater(out[x], row[2 * x]), row[2 * x + 1]);
+  const auto greater = [](std::uint32_t best, std::uint32_t other) {
+    return static_cast<std::int32_t>(other >> 24) > static_cast<std::int32_t>(best >> 24) ? other : best;
+  };
+  const auto first = static_cast<std::int32_t>(std::max(first_full_, 1u));  // nothing where no density is above 0
+  for (std::size_t z = 0; z < half; ++z) {
+    const TwoPlanes<std::uint32_t, side * side> planes(fine, z);
+    std::array<std::uint32_t, side * half> lower;
+    std::array<std::uint32_t, side * half> upper;
+    for (std::size_t i = 0; i < lower.size(); ++i) lower[i] = greater(planes.lower[2 * i], planes.lower[2 * i + 1]);
+    for (std::size_t i = 0; i < upper.size(); ++i) upper[i] = greater(planes.upper[2 * i], planes.upper[2 * i + 1]);
+    std::array<std::uint32_t, half * half> out;
+    for (std::size_t y = 0; y < half; ++y) {
+      for (std::size_t x = 0; x < half; ++x) {
+        const std::size_t at = 2 * y * half + x;
+        const std::uint32_t most = greater(greater(lower[at], lower[at + half]), greater(upper[at], upper[at + half]));
+        out[y * half + x] = static_cast<std::int32_t>(most >> 24) >= first ? most : 0;
+      }
     }
-    for (std::uint32_t& voxel : out) voxel = voxel >> 24 >= first_full_ ? voxel : 0;
-    std::memcpy(octant + i * sizeof out, out.data(), sizeof out);
+    std::memcpy(octant + z * sizeof out, out.data(), sizeof out);
   }
 }
 

@@ -51,8 +51,8 @@ class OutputFile {
   // What is not written is zeros.
   void setLength(std::uint64_t bytes);
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
-  // The disk begins with what was written so far, so that commit() does not wait for all of it; what fails is commit()'s
-  // to see. May run beside write().
+  // The disk begins with what was written so far, so that commit() does not wait for all of it; what fails is
+  // commit()'s to see. May run beside write().
   void beginSync() const;
   // Partial files of `path` that somebody else may be writing or have left behind: locks say nothing here.
   const std::vector<std::filesystem::path>& leftovers() const { return leftovers_; }
