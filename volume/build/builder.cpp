@@ -140,6 +140,13 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
   return info;
 }
 
+VolumeInfo checkedGrid(const SourceInfo& source, const BuildOptions& options) {
+  checkSource(source);
+  VolumeInfo grid = describeSource(source, options);
+  checkOptions(options, grid);
+  return grid;
+}
+
 // And what the densities are, once all were read.
 VolumeInfo describeScanned(VolumeInfo info, const Scan& scan, const BuildOptions& options) {
   for (std::size_t i = 0; i < info.channels.size(); ++i) {
@@ -185,17 +192,17 @@ void checkPath(const std::filesystem::path& path) {
 }  // namespace
 
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options) {
+  const VolumeInfo grid = checkedGrid(source.info(), options);
   BuildBudget budget = budgetOf(options.memory_bytes);
   // Rows that can be asked for in any order need no slab.
   if (source.info().random_access) budget.spill_bytes += std::exchange(budget.slab_bytes, 0);
+  budget.spill_bytes -= std::min(budget.spill_bytes, fixedBytes(grid, options.memory_bytes));
   return buildVolume(source, path, options, budget);
 }
 
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options,
                         const BuildBudget& budget) {
-  checkSource(source.info());
-  const VolumeInfo grid = describeSource(source.info(), options);
-  checkOptions(options, grid);
+  const VolumeInfo grid = checkedGrid(source.info(), options);
   checkPath(path);
   const std::filesystem::path folder = folderOf(path);
 
