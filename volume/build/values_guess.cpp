@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <limits>
 
 namespace blockwalk {
 
@@ -17,8 +18,9 @@ void ValuesGuess::addAs(std::span<const std::byte> voxels) {
   constexpr std::size_t kPart = 64;  // counted in a T
   const std::size_t count = voxels.size() / sizeof(T);
   const auto empty_value = static_cast<int>(std::clamp(empty_, -1.0f, 65536.0f));
-  const auto empty = static_cast<T>(empty_value);
-  const auto none_is_empty = static_cast<T>(empty_value == empty ? 0 : 1);  // beyond the type
+  if (empty_value >= std::numeric_limits<T>::max()) return;  // all are
+  const auto empty = static_cast<T>(std::max(empty_value, 0));
+  const auto none_is_empty = static_cast<T>(empty_value < 0 ? 1 : 0);
   std::array<T, kPart + 1> values;
   for (std::size_t begin = 0; begin + 1 < count; begin += kStep) {
     const std::size_t end = std::min(begin + kRun, count - 1);
@@ -32,7 +34,7 @@ void ValuesGuess::addAs(std::span<const std::byte> voxels) {
         const T own = values[i];
         const T next = values[i + 1];
         const auto apart = static_cast<T>(std::max(own, next) - std::min(own, next));
-        const auto counts = static_cast<T>(none_is_empty | static_cast<T>((own != empty) & (next != empty)));
+        const auto counts = static_cast<T>(none_is_empty | static_cast<T>((own > empty) & (next > empty)));
         both += counts;
         equal += counts & static_cast<T>(apart == 0);
         near += counts & static_cast<T>((apart != 0) & (apart <= 2));

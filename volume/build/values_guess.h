@@ -15,7 +15,7 @@ namespace blockwalk {
 // mostly by little.
 class ValuesGuess {
  public:
-  // `empty`: the stored value that means nothing, as far as that is known before reading.
+  // `empty`: the greatest stored value that means nothing, as far as that is known before reading.
   ValuesGuess(VoxelType type, float empty);
 
   void add(std::span<const std::byte> voxels);

@@ -106,9 +106,11 @@ TEST(BuilderLabels, NoLevelHoldsALabelThatIsNotInTheData) {
   }
 }
 
-ChannelValues guessOf(MemorySource& source) {
+ChannelValues guessOf(MemorySource& source, std::vector<double> empty = {}) {
   const ScratchFolder folder;
-  return buildVolume(source, folder / "guess.bwv", {.values = ValuesRule::guess}).info.channels[0].values;
+  return buildVolume(source, folder / "guess.bwv", {.empty_thresholds = std::move(empty), .values = ValuesRule::guess})
+      .info.channels[0]
+      .values;
 }
 
 TEST(BuilderLabels, AreGuessedFromFewValuesOrRegions) {
@@ -141,6 +143,10 @@ TEST(BuilderLabels, AreGuessedFromFewValuesOrRegions) {
   EXPECT_EQ(guessOf(mask), ChannelValues::intensity);
   MemorySource nothing(VoxelType::u8, {9, 9, 9});
   EXPECT_EQ(guessOf(nothing), ChannelValues::intensity);
+  // A scan whose air is far below the threshold, and even: what is empty says nothing.
+  MemorySource scan =
+      fill(VoxelType::u8, [&](glm::ivec3 p) { return p.x < 6 ? 21 + static_cast<int>(random() % 200) : 0; });
+  EXPECT_EQ(guessOf(scan, {20}), ChannelValues::intensity);
   MemorySource reals = fill(VoxelType::f32, [&](glm::ivec3) { return 0x3f800000; });
   EXPECT_EQ(guessOf(reals), ChannelValues::intensity);
 }
