@@ -35,7 +35,7 @@ def threads(pid):
     for task in Path(f"/proc/{pid}/task").iterdir():
         try:
             name, rest = (task / "stat").read_text().split("(", 1)[1].rsplit(") ", 1)
-        except FileNotFoundError:
+        except (FileNotFoundError, ProcessLookupError):
             continue  # it ended meanwhile
         fields = rest.split()
         ticks = int(fields[11]) + int(fields[12])
@@ -55,7 +55,7 @@ def drag(program, volume, size, filter_name, seconds):
     finally:
         daemon.end()
     idle = (end[0] - begin[0]) / max(end[1] - begin[1], 1)
-    used = {name: round((after[name] - before.get(name, 0)) / seconds, 3) for name in after}
+    used = {name: round(max(after[name] - before.get(name, 0), 0) / seconds, 3) for name in after}
     return {**seen, "idle": idle, "threads": {name: share for name, share in sorted(used.items()) if share > 0}}
 
 

@@ -125,16 +125,17 @@ def measure(options, scene, linear, size):
                                 "rms": error(pixels, reference)}
         if isinstance(renderer, Blockwalk):
             entry[renderer.name]["step"] = renderer.step
-    entry["best ratio"] = bestRatio(times, ours.name)
+    compared = times.get("blockwalk, equal error") if linear else times[ours.name]
+    if compared:
+        entry["best ratio"] = bestRatio(times, compared)
     return entry
 
 
-def bestRatio(times, own):
-    """Of the faster peer's time to ours, at the same step and, where there is one, at equal error: medians of turns."""
+def bestRatio(times, ours):
+    """Of the faster peer's time to `ours`, the median of the turns."""
     peers = [turns for name, turns in times.items() if not name.startswith("blockwalk")]
     best = min(peers, key=statistics.median)
-    mine = times.get("blockwalk, equal error", times[own])
-    return statistics.median(theirs / own for theirs, own in zip(best, mine))
+    return statistics.median(theirs / mine for theirs, mine in zip(best, ours))
 
 
 def table(entries):
@@ -146,7 +147,7 @@ def table(entries):
         ratios = [f"{e[n]['ratio']:.2f}" if n in e else "-" for n in names[1:]]
         coarse = e.get("blockwalk, equal error")
         ratios.append(f"{coarse['ms']:.1f} ({coarse['rms']:.2f}), {coarse['step']}" if coarse else "-")
-        ratios.append(f"{e['best ratio']:.2f}")
+        ratios.append(f"{e['best ratio']:.2f}" if "best ratio" in e else "-")
         lines.append(f"| {e['scene']} | {100 * e['share']:.1f} % | {e['filter']} | {e['size']} | " +
                      " | ".join(cells + ratios) + " |")
     return "\n".join(lines) + "\n"

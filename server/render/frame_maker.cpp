@@ -4,6 +4,7 @@
 #include <chrono>
 
 #include "protocol/image_codec.h"
+#include "server/base/elapsed.h"
 #include "server/render/await_result.h"
 
 namespace blockwalk {
@@ -40,7 +41,7 @@ EncodeResult encodeTimed(std::shared_ptr<const Frame> frame, ImageFormat format,
   } catch (...) {
     result.error = std::current_exception();
   }
-  result.ms = std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
+  result.ms = msSince(begin);
   return result;
 }
 

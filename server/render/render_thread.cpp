@@ -6,14 +6,12 @@
 #include <algorithm>
 #include <utility>
 
+#include "server/base/elapsed.h"
+
 namespace blockwalk {
 namespace {
 
 bool isCancelled(const FrameOrder& order) { return order.cancel != nullptr && *order.cancel; }
-
-double msSince(std::chrono::steady_clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(std::chrono::steady_clock::now() - begin).count();
-}
 
 }  // namespace
 

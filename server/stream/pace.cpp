@@ -49,15 +49,16 @@ bool StreamPace::acknowledge(std::uint64_t id) {
 
 PaceStep StreamPace::next(Clock::time_point now) {
   const bool is_shown = has_shown_ && shown_id_ == newest_id_;
-  if (!has_view_ || (is_shown && shown_final_)) return {};
+  if (!has_view_ || failed_id_ == newest_id_ || (is_shown && shown_final_)) return {};
   const auto due = is_shown ? view_time_ + kStillTime : last_start_ + seconds(1 / limits_.fps);
   if (static_cast<int>(in_flight_.size()) >= limits_.frames_in_flight) {
     if (due > now) return {.kind = PaceStep::Kind::wait, .when = due};
+    if (unsent_ > 0) return {};  // it is not the client that is waited for
     was_blocked_ = was_blocked_ || !is_shown;
     if (!blocked_since_) blocked_since_ = now;
     return {};
   }
-  if (limits_.max_bytes_per_second && unsent_ > 0) return {};  // its bytes are not known yet
+  if (unsent_ > 0 && !overlaps()) return {};
   PaceStep step{.kind = is_shown ? PaceStep::Kind::still : PaceStep::Kind::moving, .when = now, .id = newest_id_};
   if (step.kind == PaceStep::Kind::moving) {
     step.scale = scale_;
@@ -95,7 +96,8 @@ void StreamPace::frameDrawn(const PaceStep& step) {
   ++unsent_;
 }
 
-void StreamPace::frameSent(const PaceStep& step, double cost_ms, std::size_t bytes, Clock::time_point now) {
+void StreamPace::frameSent(const PaceStep& step, const FrameCost& took, std::size_t bytes, Clock::time_point now) {
+  const double cost_ms = overlaps() ? std::max(took.draw_ms, took.encode_ms) : took.draw_ms + took.encode_ms;
   --unsent_;
   sent_id_ = step.id;
   if (limits_.max_bytes_per_second) {
@@ -111,20 +113,15 @@ void StreamPace::frameSent(const PaceStep& step, double cost_ms, std::size_t byt
 // It was too slow, nobody knows by how much or why. If it loaded something the larger scale may be right, so that a
 // trial need not wait; if it did not, the smaller one is too slow for a trial.
 void StreamPace::frameCancelled(const PaceStep& step) {
-  if (step.kind == PaceStep::Kind::moving) lowerScale(step.scale / 2);
-}
-
-void StreamPace::frameFailed(const PaceStep& step) {
-  has_shown_ = true;
-  shown_id_ = step.id;
-  shown_final_ = true;
+  // It may have gone down further while this was drawn.
+  if (step.kind == PaceStep::Kind::moving) lowerScale(std::min(scale_, step.scale / 2));
 }
 
 void StreamPace::sendingFailed(const PaceStep& step) {
   // Less is in flight only where a client acknowledges what it has not yet had.
   const auto unsent = static_cast<std::size_t>(unsent_--);
   if (in_flight_.size() >= unsent) in_flight_.erase(in_flight_.end() - static_cast<std::ptrdiff_t>(unsent));
-  if (step.id == shown_id_) shown_final_ = true;
+  frameFailed(step);
 }
 
 void StreamPace::judgeCost(double cost_ms, Clock::time_point now) {

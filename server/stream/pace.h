@@ -47,6 +47,12 @@ struct StillPicture {
   bool in_steps = true;  // false: all samples in one
 };
 
+// Of one frame. Whichever takes longer is what the frames after it wait for, where they overlap.
+struct FrameCost {
+  double draw_ms = 0;
+  double encode_ms = 0;
+};
+
 class StreamPace {
  public:
   static constexpr std::chrono::milliseconds kStillTime{150};
@@ -70,11 +76,11 @@ class StreamPace {
   void frameStarted(Clock::time_point now) { last_start_ = now; }
   // It is in flight from now on, and the next one may be drawn while this one is encoded.
   void frameDrawn(const PaceStep& step);
-  // Frames are sent in the order in which they were drawn. The cost is of what the frames after it waited for.
-  void frameSent(const PaceStep& step, double cost_ms, std::size_t bytes, Clock::time_point now);
+  // Frames are sent in the order in which they were drawn.
+  void frameSent(const PaceStep& step, const FrameCost& took, std::size_t bytes, Clock::time_point now);
   void frameCancelled(const PaceStep& step);
   // The view cannot be drawn or, drawn, not be sent; nothing more is tried until another comes.
-  void frameFailed(const PaceStep& step);
+  void frameFailed(const PaceStep& step) { failed_id_ = step.id; }
   void sendingFailed(const PaceStep& step);
 
   std::uint64_t newestId() const { return newest_id_; }
@@ -83,6 +89,8 @@ class StreamPace {
 
  private:
   double budgetMs() const { return 1000 / limits_.fps; }
+  // Whether one frame is drawn while another is encoded: where the link is bound the bytes of one must be known before.
+  bool overlaps() const { return !limits_.max_bytes_per_second && limits_.frames_in_flight > 1; }
   void judgeCost(double cost_ms, Clock::time_point now);
   void judgeLink(std::size_t bytes, Clock::time_point now);
   void raiseScale(Clock::time_point now);
@@ -103,6 +111,7 @@ class StreamPace {
   PaceLimits limits_;
   std::uint64_t newest_id_ = 0;
   bool has_view_ = false;
+  std::optional<std::uint64_t> failed_id_;
   std::optional<std::uint64_t> sent_id_;
   std::uint64_t shown_id_ = 0;  // drawn, at least
   bool has_shown_ = false;

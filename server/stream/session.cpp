@@ -10,6 +10,7 @@
 
 #include "protocol/json_text.h"
 #include "protocol/stream_messages.h"
+#include "server/base/elapsed.h"
 #include "server/base/reason.h"
 #include "server/base/signal.h"
 #include "server/http/problem.h"
@@ -87,10 +88,11 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   struct Undelivered {
     PaceStep step;
     DrawnFrame frame;
-    double cost_ms;
+    double draw_ms;
   };
   std::optional<Undelivered> undelivered_;
   bool has_painted_ = false;  // the last
+  bool waits_for_slot_ = false;
 
   State state_ = State::open;
   websocket::close_code close_code_ = websocket::close_code::normal;
@@ -100,10 +102,6 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   Signal room_signal_;
   StreamOutbox outbox_;
 };
-
-double msSince(Clock::time_point begin) {
-  return std::chrono::duration<double, std::milli>(Clock::now() - begin).count();
-}
 
 // A stream is a group of its own: among those of a peer, and beside its requests, it has its share.
 Account accountOf(std::uint64_t peer, std::uint64_t client) {
@@ -243,7 +241,7 @@ asio::awaitable<void> StreamSession::paint() {
       close(websocket::close_code::policy_error);
     } else if (step.kind == PaceStep::Kind::wait) {
       co_await paint_signal_.wait(std::min(step.when, patienceEnd()));
-    } else if (outbox_.hasFrame() || undelivered_) {
+    } else if (outbox_.hasFrame() || undelivered_ || waits_for_slot_) {
       co_await paint_signal_.wait();
     } else if (!services_.frames.hasRoom(account_, view_.drawn(step))) {
       co_await paint_signal_.wait(now + kRoomTime);
@@ -288,15 +286,13 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
   if (thrown) {
     pace_.frameFailed(step);
     push(errorMessage(problemOf(thrown), step.id));
-    co_return;
-  }
-  if (drawn.frame == nullptr) {
+  } else if (drawn.frame == nullptr) {
     pace_.frameCancelled(step);
-    co_return;
+  } else {
+    pace_.frameDrawn(step);
+    undelivered_ = {.step = step, .frame = std::move(drawn), .draw_ms = msSince(paint_begin_)};
+    deliver_signal_.notify();
   }
-  pace_.frameDrawn(step);
-  undelivered_ = {.step = step, .frame = std::move(drawn), .cost_ms = msSince(paint_begin_)};
-  deliver_signal_.notify();
 }
 
 asio::awaitable<void> StreamSession::deliver() {
@@ -317,8 +313,7 @@ asio::awaitable<void> StreamSession::deliverOne() {
   Undelivered next = std::move(*undelivered_);
   undelivered_.reset();
   paint_signal_.notify();
-  const PaceStep step = next.step;
-  const ImageFormat format = next.frame.format;
+  const auto [step, format] = std::pair(next.step, next.frame.format);
   MadeFrame made;
   std::exception_ptr thrown;
   try {
@@ -329,21 +324,26 @@ asio::awaitable<void> StreamSession::deliverOne() {
   if (state_ == State::gone) co_return;
   if (thrown) {
     pace_.sendingFailed(step);
+    if (cancel_ && step_.id == step.id) services_.frames.cancel(*cancel_);
     push(errorMessage(problemOf(thrown), step.id));
+    paint_signal_.notify();
     co_return;
   }
-  // While one is encoded the next one is drawn: whichever takes longer is what a frame costs.
-  const double cost_ms = std::max(next.cost_ms, msSince(begin));
-  while (outbox_.hasFrame()) {
-    co_await deliver_signal_.wait();
-    if (state_ == State::gone) co_return;
-  }
-  pace_.frameSent(step, cost_ms, made.image.size(), Clock::now());
+  const FrameCost took{.draw_ms = next.draw_ms, .encode_ms = msSince(begin)};
+  waits_for_slot_ = true;
+  while (outbox_.hasFrame() && state_ != State::gone) co_await deliver_signal_.wait();
+  waits_for_slot_ = false;
+  if (state_ == State::gone) co_return;
+  pace_.frameSent(step, took, made.image.size(), Clock::now());
   outbox_.put(outFrame(step, format, std::move(made), ++last_seq_, pace_.droppedViews()));
   paint_signal_.notify();
 }
 
-asio::awaitable<void> StreamSession::write() { co_await outbox_.write(); }
+// What ends the writing ends the session: it was all written, or the client takes too little.
+asio::awaitable<void> StreamSession::write() {
+  co_await outbox_.write();
+  vanish();
+}
 
 // A loop that throws takes its session with it, and nothing else: the other loops must not wait for it.
 void endLoop(StreamSession& session, const std::exception_ptr& thrown) {

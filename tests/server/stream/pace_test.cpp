@@ -18,7 +18,7 @@ const Clock::time_point kStart = Clock::time_point(std::chrono::hours(1));
 
 void sendDrawn(StreamPace& pace, const PaceStep& step, double cost_ms, std::size_t bytes, Clock::time_point now) {
   pace.frameDrawn(step);
-  pace.frameSent(step, cost_ms, bytes, now);
+  pace.frameSent(step, {.draw_ms = cost_ms, .encode_ms = 0}, bytes, now);
 }
 
 TEST(StreamPace, WaitsForAView) {
@@ -120,7 +120,7 @@ TEST(StreamPace, DrawsTheNextViewWhileOneIsEncoded) {
   pace.frameDrawn(second);
   pace.setView(3, {}, now);
   EXPECT_EQ(pace.next(now).kind, Kind::wait) << "two are in flight";
-  pace.frameSent(first, 1, 1000, now);
+  pace.frameSent(first, {.draw_ms = 1, .encode_ms = 0}, 1000, now);
   EXPECT_TRUE(pace.acknowledge(1));
   EXPECT_FALSE(pace.acknowledge(2));
   EXPECT_EQ(pace.next(now).id, 3u);
@@ -133,16 +133,80 @@ TEST(StreamPace, WhereTheLinkIsBoundTheBytesOfOneAreKnownBeforeTheNext) {
   pace.frameDrawn(first);
   pace.setView(2, {}, kStart + milliseconds(50));
   EXPECT_EQ(pace.next(kStart + milliseconds(50)).when, Clock::time_point::max());
-  pace.frameSent(first, 1, 1000, kStart + milliseconds(50));
+  pace.frameSent(first, {.draw_ms = 1, .encode_ms = 0}, 1000, kStart + milliseconds(50));
   EXPECT_EQ(pace.next(kStart + milliseconds(50)).when, kStart + milliseconds(150));
 }
 
+TEST(StreamPace, AnEncoderThatIsSlowIsNotAClientThatIs) {
+  StreamPace pace({.frames_in_flight = 2, .fps = 120, .max_bytes_per_second = {}});
+  auto now = kStart;
+  std::uint64_t id = 0;
+  const auto nextStep = [&] {
+    now += milliseconds(100);
+    pace.setView(++id, {}, now);
+    return pace.next(now);
+  };
+  PaceStep under_way = nextStep();
+  pace.frameDrawn(under_way);
+  for (int i = 0; i < 20; ++i) {
+    const PaceStep step = nextStep();
+    ASSERT_EQ(step.kind, Kind::moving) << i;
+    EXPECT_EQ(step.quality, 85) << i;
+    pace.frameDrawn(step);
+    EXPECT_EQ(nextStep().kind, Kind::wait) << "two are drawn and not sent";
+    EXPECT_FALSE(pace.blockedSince().has_value());
+    pace.frameSent(under_way, {.draw_ms = 1, .encode_ms = 1}, 10, now);
+    pace.acknowledge(under_way.id);
+    under_way = step;
+  }
+}
+
+TEST(StreamPace, WhereNothingOverlapsAFrameCostsBoth) {
+  for (const int in_flight : {1, 2}) {
+    StreamPace pace({.frames_in_flight = in_flight, .fps = 30, .max_bytes_per_second = {}});
+    auto now = kStart;
+    std::uint64_t id = 0;
+    double scale = 0;
+    for (int i = 0; i < 3; ++i) {
+      now += milliseconds(100);
+      pace.setView(++id, {}, now);
+      const PaceStep step = pace.next(now);
+      scale = i == 0 ? step.scale : scale;
+      EXPECT_EQ(step.scale, i == 2 && in_flight == 1 ? scale / 2 : scale) << in_flight;
+      pace.frameDrawn(step);
+      pace.frameSent(step, {.draw_ms = 25, .encode_ms = 25}, 10, now);
+      pace.acknowledge(id);
+    }
+  }
+}
+
+TEST(StreamPace, ACancelledFrameDoesNotRaiseTheScale) {
+  StreamPace pace({.frames_in_flight = 8, .fps = 30, .max_bytes_per_second = {}});
+  auto now = kStart;
+  std::uint64_t id = 0;
+  const auto nextStep = [&] {
+    now += milliseconds(100);
+    pace.setView(++id, {}, now);
+    return pace.next(now);
+  };
+  sendDrawn(pace, nextStep(), 1500, 10, now);
+  const PaceStep slow = nextStep();
+  pace.frameDrawn(slow);
+  const PaceStep under_way = nextStep();
+  pace.frameSent(slow, {.draw_ms = 1500, .encode_ms = 0}, 10, now);
+  const double scale = nextStep().scale;
+  EXPECT_EQ(scale, StreamPace::kSmallestScale);
+  pace.frameCancelled(under_way);
+  EXPECT_EQ(nextStep().scale, scale);
+}
+
 TEST(StreamPace, WhatCannotBeSentIsNotInFlightAndNotTriedAgain) {
-  StreamPace pace({.frames_in_flight = 1, .fps = 120, .max_bytes_per_second = {}});
+  StreamPace pace({.frames_in_flight = 2, .fps = 120, .max_bytes_per_second = {}});
   pace.setView(1, {}, kStart);
   const PaceStep first = pace.next(kStart);
   pace.frameDrawn(first);
   pace.sendingFailed(first);
+  pace.frameDrawn(first);  // another step of it was under way
   const auto later = kStart + milliseconds(1000);
   EXPECT_EQ(pace.next(later).when, Clock::time_point::max());
   EXPECT_FALSE(pace.acknowledge(1));
@@ -166,9 +230,9 @@ TEST(StreamPace, AFrameOfAnotherScaleDoesNotJudgeThisOne) {
   pace.frameDrawn(slow);
   const PaceStep late = nextStep();
   pace.frameDrawn(late);
-  pace.frameSent(slow, 40, 10, now);
+  pace.frameSent(slow, {.draw_ms = 40, .encode_ms = 0}, 10, now);
   EXPECT_EQ(nextStep().scale, scale / 2);
-  pace.frameSent(late, 40, 10, now);
+  pace.frameSent(late, {.draw_ms = 40, .encode_ms = 0}, 10, now);
   sendDrawn(pace, nextStep(), 34, 10, now);
   EXPECT_EQ(nextStep().scale, scale / 2) << "one slow frame of the new scale is not two";
 }

@@ -287,6 +287,20 @@ TEST(Stream, AClientThatVanishesIsLetGo) {
       [&] { return get(server.port(), "/metrics").body.find("blockwalk_open_sessions 0\n") != std::string::npos; }));
 }
 
+// It asks for a picture that no socket holds, and for answers, and reads nothing: it is cut off, and holds nothing
+// more.
+TEST(Stream, AClientThatNeverReadsIsLetGo) {
+  ServerOptions options;
+  options.send_time = 1;
+  RunningServer server(options);
+  StreamClient client(server.port(), "rock");
+  client.sendText(viewMessage(1, R"("size":[4096,4096],"format":"raw")"));
+  for (int i = 0; i < 64; ++i) client.sendText(R"({"type":"ping","t":1})");
+  const auto metrics = [&] { return get(server.port(), "/metrics").body; };
+  EXPECT_TRUE(eventually([&] { return metrics().find("blockwalk_sent_bytes_total 0\n") == std::string::npos; }));
+  EXPECT_TRUE(eventually([&] { return metrics().find("blockwalk_open_sessions 0\n") != std::string::npos; }));
+}
+
 TEST(Stream, AFrameOfAClientThatVanishedIsGivenUp) {
   RunningServer server;
   server.control().bands = 1000;
