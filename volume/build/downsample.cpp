@@ -27,7 +27,10 @@ void Downsampler::clear(std::span<std::byte> coarse) const {
   const auto narrow = static_cast<std::uint16_t>(type_ == VoxelType::f32 ? 0 : empty_value_);
   if (type_ != VoxelType::f32 && type_ != VoxelType::rgba8) std::memcpy(value.data(), &narrow, sizeof narrow);
   const std::size_t bytes = voxelBytes(type_);
-  if (value == decltype(value){}) return static_cast<void>(std::ranges::fill(coarse, std::byte{0}));
+  if (value == decltype(value){}) {
+    std::ranges::fill(coarse, std::byte{0});
+    return;
+  }
   for (std::size_t i = 0; i < coarse.size(); i += bytes) std::memcpy(coarse.data() + i, value.data(), bytes);
 }
 
