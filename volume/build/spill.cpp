@@ -31,6 +31,7 @@ Spill::Spill(const std::filesystem::path& folder, std::size_t slot_bytes, std::u
   // back to its host has given back just those, and gets them again slower than a disk is written.
   void* memory = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS | MAP_NORESERVE, -1, 0);
   if (memory == MAP_FAILED) return;
+  ::madvise(memory, bytes, MADV_NOHUGEPAGE);  // fails where the kernel has none
   memory_ = {static_cast<std::byte*>(memory), bytes};
 }
 
