@@ -51,9 +51,13 @@ std::uint64_t Spill::append(std::span<const std::byte> slots, std::span<const st
     for (const std::size_t index : order.subspan(fitting)) file_.append(slotAt(index));
     slots_ += order.size();
   }
-  std::byte* to = memory_.data() + first * slot_bytes_;
-  takePages({to, fitting * slot_bytes_});
-  for (std::size_t i = 0; i < fitting; ++i) std::memcpy(to + i * slot_bytes_, slotAt(order[i]).data(), slot_bytes_);
+  if (fitting > 0) {
+    const std::span<std::byte> to = memory_.subspan(first * slot_bytes_, fitting * slot_bytes_);
+    takePages(to);
+    for (std::size_t i = 0; i < fitting; ++i) {
+      std::memcpy(to.data() + i * slot_bytes_, slotAt(order[i]).data(), slot_bytes_);
+    }
+  }
   return first;
 }
 
