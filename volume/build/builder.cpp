@@ -7,7 +7,6 @@
 #include <cerrno>
 #include <cmath>
 #include <system_error>
-#include <utility>
 
 #include "volume/build/budget.h"
 #include "volume/build/levels.h"
@@ -15,6 +14,7 @@
 #include "volume/build/workers.h"
 #include "volume/build/write.h"
 #include "volume/error.h"
+#include "volume/host_limits.h"
 #include "volume/plain_text.h"
 
 namespace blockwalk {
@@ -70,25 +70,6 @@ void checkSource(const SourceInfo& source) {
   }
 }
 
-// Blocks, subblocks and strips that are in memory whatever the budget's parts are.
-std::uint64_t fixedBytes(const VolumeInfo& info, std::uint64_t memory_bytes) {
-  const std::uint64_t side = static_cast<std::uint64_t>(info.subblock_side);
-  const std::uint64_t strip = static_cast<std::uint64_t>(info.dims.x) *
-                              std::min(side, static_cast<std::uint64_t>(info.dims.y)) *
-                              std::min(side, static_cast<std::uint64_t>(info.dims.z)) * voxelBytes(info.type);
-  const std::uint64_t channels = info.channels.size();
-  const auto block_voxels = static_cast<std::uint64_t>(info.blockVoxels());
-  const std::uint64_t block = block_voxels * block_voxels * block_voxels * voxelBytes(info.type);
-  const auto levels = static_cast<std::uint64_t>(levelCount(info.dims, info.blockVoxels()));
-  // Of each worker first the blocks that it looks at and what it finds, then the pages that it packs, packed ones, and
-  // some that wait to be written.
-  const std::uint64_t pages = std::max(block, std::uint64_t{1} << 20);
-  const auto workers = static_cast<std::uint64_t>(workerCount(memory_bytes));
-  const std::uint64_t of_workers =
-      std::max((2 * workers + 1) * 2 * (channels * block + (std::uint64_t{1} << 20)), (2 * workers + 1) * 2 * pages);
-  return channels * (2 * strip + (2 * levels + 1) * block) + of_workers + (std::uint64_t{8} << 20);
-}
-
 void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
   if (options.subblock_side != 4 && options.subblock_side != 8 && options.subblock_side != 16) {
     failData("subblock side is {}, must be 4, 8 or 16", options.subblock_side);
@@ -109,8 +90,7 @@ void checkOptions(const BuildOptions& options, const VolumeInfo& info) {
   if (options.memory_bytes < kLeastMemoryBytes) {
     failData("memory is {} bytes, must be at least {}", options.memory_bytes, kLeastMemoryBytes);
   }
-  // The streams, the slab and the sort take up to about three fifths.
-  const std::uint64_t least = fixedBytes(info, options.memory_bytes) / 2 * 5;
+  const std::uint64_t least = leastMemoryBytes(info);
   if (options.memory_bytes < least) {
     failData("{}: memory is {} bytes, must be at least {} for a volume this wide with these sides",
              info.metadata.source_name, options.memory_bytes, least);
@@ -193,11 +173,9 @@ void checkPath(const std::filesystem::path& path) {
 
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options) {
   const VolumeInfo grid = checkedGrid(source.info(), options);
-  BuildBudget budget = budgetOf(options.memory_bytes);
-  // Rows that can be asked for in any order need no slab.
-  if (source.info().random_access) budget.spill_bytes += std::exchange(budget.slab_bytes, 0);
-  budget.spill_bytes -= std::min(budget.spill_bytes, fixedBytes(grid, options.memory_bytes));
-  return buildVolume(source, path, options, budget);
+  const int processors = hostProcessors().to_use;
+  return buildVolume(source, path, options,
+                     budgetOf(grid, source.info().random_access, options.memory_bytes, processors));
 }
 
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options,
@@ -206,10 +184,11 @@ BuildReport buildVolume(Source& source, const std::filesystem::path& path, const
   checkPath(path);
   const std::filesystem::path folder = folderOf(path);
 
-  Scan scan = scanSource(source, grid, options, budget, folder);
+  Workers workers(budget.workers);
+  Scan scan = scanSource(source, grid, options, budget, folder, workers);
   const VolumeInfo scanned = describeScanned(grid, scan, options);
-  BuiltLevels built = buildLevels(scan, scanned, budget, folder, options);
-  return writeVolume(path, describeBuilt(scanned, built), built, *scan.spill, options);
+  BuiltLevels built = buildLevels(scan, scanned, budget, folder, options, workers);
+  return writeVolume(path, describeBuilt(scanned, built), built, *scan.spill, options, workers);
 }
 
 }  // namespace blockwalk

@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "volume/build/levels.h"
-#include "volume/build/workers.h"
 #include "volume/error.h"
 #include "volume/file/layout.h"
 
@@ -99,9 +98,8 @@ class FoundBlock {
 }  // namespace
 
 BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& budget,
-                        const std::filesystem::path& folder, const BuildOptions& options) {
+                        const std::filesystem::path& folder, const BuildOptions& options, Workers& workers) {
   LevelBuilder builder(info, budget, folder);
-  Workers workers(workerCount(options.memory_bytes));
   JobsInOrder<std::vector<FoundBlock>> jobs(workers);
   std::vector<FoundBlock> done_with;  // for its memory
   const auto takeBlocks = [&] {

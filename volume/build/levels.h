@@ -125,7 +125,7 @@ class LevelBuilder {
 
 // Feeds the scan's records to a LevelBuilder, block by block.
 BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& budget,
-                        const std::filesystem::path& folder, const BuildOptions& options);
+                        const std::filesystem::path& folder, const BuildOptions& options, Workers& workers);
 
 // Where in a slot to read: `bytes` from `offset` on, of the `slot_bytes` that a slot has.
 struct SlotPart {

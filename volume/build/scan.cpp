@@ -8,7 +8,6 @@
 
 #include "volume/build/strip_cutter.h"
 #include "volume/build/strips.h"
-#include "volume/build/workers.h"
 
 namespace blockwalk {
 namespace {
@@ -160,7 +159,7 @@ std::uint64_t subblockKey(glm::ivec3 subblock, int block_side) {
 }
 
 Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
-                const std::filesystem::path& folder) {
+                const std::filesystem::path& folder, Workers& workers) {
   const std::size_t slot_bytes =
       static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type) * info.channels.size();
   Scan scan{.thresholds = {},
@@ -178,7 +177,6 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
     scan.statistics.emplace_back(info.type, threshold.value_or(zero));
     if (options.values == ValuesRule::guess) scan.guesses.emplace_back(info.type, threshold.value_or(zero));
   }
-  Workers workers(workerCount(options.memory_bytes));
   std::vector<std::unique_ptr<StripScanner>> idle(scannerCount(info, budget, workers.threads()));
   for (auto& scanner : idle) scanner = std::make_unique<StripScanner>(source, info, scan, budget, folder);
   // Strips of a source that gives no other are read here, while those before are counted and cut.

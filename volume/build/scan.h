@@ -14,6 +14,7 @@
 #include "volume/build/statistics.h"
 #include "volume/build/storage.h"
 #include "volume/build/values_guess.h"
+#include "volume/build/workers.h"
 
 namespace blockwalk {
 
@@ -32,7 +33,7 @@ struct Scan {
 // known; where one is not, those of a single value in each channel are records without a slot. `info` holds type, dims
 // and sides, and for each channel its value map.
 Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
-                const std::filesystem::path& folder);
+                const std::filesystem::path& folder, Workers& workers);
 
 // Voxels of the subblock whose first voxel is `begin` that lie inside `dims`, an axis each.
 glm::ivec3 insideExtent(glm::ivec3 begin, glm::ivec3 dims, int side);

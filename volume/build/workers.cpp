@@ -45,12 +45,11 @@ void Workers::work() {
   }
 }
 
-int workerCount(std::uint64_t memory_bytes) {
+int workerCount(std::uint64_t memory_bytes, int processors) {
   constexpr std::uint64_t kMostThreads = 8;
   constexpr std::uint64_t kMemoryEach = std::uint64_t{64} << 20;
-  const std::uint64_t wanted = std::min(
-      {kMostThreads, memory_bytes / kMemoryEach, static_cast<std::uint64_t>(std::thread::hardware_concurrency())});
-  return static_cast<int>(std::max<std::uint64_t>(wanted, 1));
+  const auto most = static_cast<std::uint64_t>(std::max(processors, 1));
+  return static_cast<int>(std::clamp<std::uint64_t>(memory_bytes / kMemoryEach, 1, std::min(kMostThreads, most)));
 }
 
 }  // namespace blockwalk

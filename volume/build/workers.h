@@ -38,8 +38,8 @@ class Workers {
   std::vector<std::thread> threads_;
 };
 
-// As many as the machine runs at once, fewer where `memory_bytes` are few, at most 8.
-int workerCount(std::uint64_t memory_bytes);
+// As many as there are `processors`, fewer where `memory_bytes` are few, at most 8.
+int workerCount(std::uint64_t memory_bytes, int processors);
 
 // Jobs on workers, at most so many begun that their results fit. Of one thread.
 template <typename Result>

@@ -8,7 +8,6 @@
 #include <new>
 #include <utility>
 
-#include "volume/build/workers.h"
 #include "volume/error.h"
 #include "volume/file/codec.h"
 #include "volume/file/header.h"
@@ -81,7 +80,7 @@ PackedPages packPages(std::vector<std::byte> voxels, std::span<const std::uint8_
 class VolumeWriter {
  public:
   VolumeWriter(const std::filesystem::path& path, VolumeInfo info, const BuiltLevels& built, const Spill& spill,
-               const BuildOptions& options)
+               const BuildOptions& options, Workers& workers)
       : info_(std::move(info)),
         built_(built),
         spill_(spill),
@@ -92,8 +91,8 @@ class VolumeWriter {
         file_(path),
         part_(kPartBytes),
         channel_bytes_(static_cast<std::size_t>(info_.subblockVoxels()) * voxelBytes(info_.type)),
-        workers_(workerCount(options.memory_bytes)),
-        syncs_(workers_) {
+        workers_(workers),
+        syncs_(workers) {
     for (const LevelEntry& entry : layout_.entries) subblocks_ += entry.subblock_count * info_.channels.size();
     voxels_end_ = layout_.of(fileOrder(info_).front(), 0).voxels.offset;
     // A disk that cannot hold a file this long says so now.
@@ -235,15 +234,15 @@ class VolumeWriter {
   std::uint64_t voxels_end_ = 0;  // of those written so far
   std::vector<std::byte> spare_;  // memory of pages that are written
   std::uint64_t unsynced_ = 0;    // written since the disk was last told to begin
-  Workers workers_;
+  Workers& workers_;
   JobsInOrder<void> syncs_;
 };
 
 }  // namespace
 
 BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
-                        const Spill& spill, const BuildOptions& options) {
-  VolumeWriter writer(path, info, built, spill, options);
+                        const Spill& spill, const BuildOptions& options, Workers& workers) {
+  VolumeWriter writer(path, info, built, spill, options, workers);
   for (const std::size_t index : fileOrder(info)) writer.writeEntry(index);
   return writer.finish();
 }

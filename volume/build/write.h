@@ -8,12 +8,13 @@
 
 #include "volume/build/builder.h"
 #include "volume/build/levels.h"
+#include "volume/build/workers.h"
 
 namespace blockwalk {
 
 // Writes the file and gives it its name.
 // `info` is complete.
 BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
-                        const Spill& spill, const BuildOptions& options);
+                        const Spill& spill, const BuildOptions& options, Workers& workers);
 
 }  // namespace blockwalk

@@ -36,7 +36,7 @@ class Channels : public testing::TestWithParam<ChannelsCase> {
     source_.change().random_access = c.random_access;
     const BuildOptions options{.subblock_side = 4, .block_side = 3};
     // Parts so small that slab, sort and streams all go through the disk.
-    const BuildBudget tiny{.slab_bytes = 3000, .sort_bytes = 400, .stream_bytes = 600};
+    const BuildBudget tiny{.workers = 2, .slab_bytes = 3000, .sort_bytes = 400, .stream_bytes = 600};
     report_ = buildVolume(source_, folder_ / "a.bwv", options, c.tiny_memory ? tiny : budgetOf(options.memory_bytes));
   }
 

@@ -25,6 +25,7 @@ TEST(BuilderPaths, SlabsSortsAndStreamsDoNotShow) {
     EXPECT_EQ(readBytes(folder / "slab.bwv"), expected) << "slab in memory";
 
     BuildBudget budget = budgetOf(options.memory_bytes);
+    budget.workers = 2;
     budget.slab_bytes = 1000;
     buildVolume(source, folder / "disk.bwv", options, budget);
     EXPECT_EQ(readBytes(folder / "disk.bwv"), expected) << "slab on disk";

@@ -8,18 +8,18 @@
 #include <limits>
 #include <memory>
 #include <system_error>
+#include <thread>
 
 #include "tests/volume/memory_source.h"
 #include "volume/build/budget.h"
 #include "volume/build/builder.h"
-#include "volume/build/workers.h"
 #include "volume/error.h"
 #include "volume/import/import.h"
 
 namespace blockwalk::volume_test {
 namespace {
 
-constexpr std::uint64_t kOneThread = kLeastMemoryBytes;
+constexpr int kSeveral = 4;
 constexpr glm::ivec3 kDims{250, 170, 61};  // several batches of strips, and cut subblocks on every side
 
 // Each worker has a source of its own. Slices from `broken` on cannot be read.
@@ -52,38 +52,46 @@ std::shared_ptr<MemorySource> denseSource(VoxelType type, std::size_t channels =
   return source;
 }
 
-std::string built(Source& source, const std::filesystem::path& path, const BuildOptions& options) {
-  buildVolume(source, path, options);
+// On one processor too.
+BuildBudget budgetOf(int workers) {
+  BuildBudget budget = blockwalk::budgetOf(BuildOptions{}.memory_bytes);
+  budget.workers = workers;
+  return budget;
+}
+
+std::string built(Source& source, const std::filesystem::path& path, const BuildOptions& options,
+                  const BuildBudget& budget) {
+  buildVolume(source, path, options, budget);
   return readBytes(path);
 }
 
 TEST(BuilderWorkers, OneThreadAndSeveralGiveTheSameBytes) {
-  ASSERT_EQ(workerCount(kOneThread), 1);
+  const BuildOptions options{.values = ValuesRule::guess};
   const ScratchFolder folder;
   for (const VoxelType type : {VoxelType::rgba8, VoxelType::u8, VoxelType::u16, VoxelType::f32}) {
     SCOPED_TRACE(voxelTypeName(type));
     const auto voxels = denseSource(type, type == VoxelType::u16 ? 2 : 1);
     SharedSource shared(voxels);
-    const std::string expected =
-        built(*voxels, folder / "one.bwv", {.memory_bytes = kOneThread, .values = ValuesRule::guess});
-    EXPECT_EQ(built(*voxels, folder / "read.bwv", {.values = ValuesRule::guess}), expected) << "read by one thread";
-    EXPECT_EQ(built(shared, folder / "shared.bwv", {.values = ValuesRule::guess}), expected) << "read by several";
+    const std::string expected = built(*voxels, folder / "one.bwv", options, budgetOf(1));
+    EXPECT_EQ(built(*voxels, folder / "read.bwv", options, budgetOf(kSeveral)), expected) << "read by one thread";
+    EXPECT_EQ(built(shared, folder / "shared.bwv", options, budgetOf(kSeveral)), expected) << "read by several";
     EXPECT_EQ(verifyVolume(shared, folder / "shared.bwv"), voxels->voxelCount());
-    BuildBudget budget = budgetOf(BuildOptions{}.memory_bytes);
+    BuildBudget budget = budgetOf(kSeveral);
     budget.spill_bytes = std::uint64_t{1} << 20;
-    buildVolume(shared, folder / "spill.bwv", {.values = ValuesRule::guess}, budget);
-    EXPECT_EQ(readBytes(folder / "spill.bwv"), expected) << "spill in memory and in a file";
+    EXPECT_EQ(built(shared, folder / "spill.bwv", options, budget), expected) << "spill in memory and in a file";
+    buildVolume(shared, folder / "machine.bwv", options);
+    EXPECT_EQ(readBytes(folder / "machine.bwv"), expected) << "as many as this machine has";
   }
 }
 
 TEST(BuilderWorkers, WhatAWorkerCannotReadIsToldAsWithOneThread) {
   const ScratchFolder folder;
   const auto voxels = denseSource(VoxelType::u8);
-  for (const std::uint64_t memory : {kOneThread, BuildOptions{}.memory_bytes}) {
+  for (const int workers : {1, kSeveral}) {
     for (const int broken : {0, 1, 23, kDims.z - 1}) {
       SharedSource source(voxels, broken);
       try {
-        buildVolume(source, folder / "broken.bwv", {.memory_bytes = memory});
+        buildVolume(source, folder / "broken.bwv", {}, budgetOf(workers));
         FAIL() << "slice " << broken << " was read";
       } catch (const DataError& error) {
         EXPECT_EQ(std::string(error.what()), "slice " + std::to_string(broken) + " is broken");
@@ -98,10 +106,13 @@ TEST(BuilderWorkers, CancelledFromTheCallingThreadInEveryStep) {
   SharedSource source(denseSource(VoxelType::u8));
   for (const std::string_view cancelled : {"read", "build levels", "write"}) {
     BuildOptions options;
-    options.progress = [cancelled](std::string_view step, std::uint64_t, std::uint64_t) {
+    options.progress = [cancelled, caller = std::this_thread::get_id()](std::string_view step, std::uint64_t,
+                                                                        std::uint64_t) {
+      EXPECT_EQ(std::this_thread::get_id(), caller) << step;
       if (step == cancelled) throw std::runtime_error("cancelled");
     };
-    EXPECT_THROW(buildVolume(source, folder / "cancelled.bwv", options), std::runtime_error) << cancelled;
+    EXPECT_THROW(buildVolume(source, folder / "cancelled.bwv", options, budgetOf(kSeveral)), std::runtime_error)
+        << cancelled;
     EXPECT_TRUE(std::filesystem::is_empty(folder.path)) << cancelled;
   }
 }
@@ -117,7 +128,7 @@ TEST(BuilderWorkers, ProgressEndsWithAllThereIs) {
     EXPECT_EQ(total, static_cast<std::uint64_t>(kDims.y * kDims.z));
     rows = done;
   };
-  buildVolume(source, folder / "all.bwv", options);
+  buildVolume(source, folder / "all.bwv", options, budgetOf(kSeveral));
   EXPECT_EQ(rows, static_cast<std::uint64_t>(kDims.y * kDims.z));
 }
 
@@ -131,7 +142,7 @@ TEST(BuilderWorkers, AFullDiskIsTold) {
   rlimit low = before;
   low.rlim_cur = 1 << 19;
   for (const std::uint64_t spill : {std::uint64_t{0}, std::uint64_t{1} << 30}) {
-    BuildBudget budget = budgetOf(BuildOptions{}.memory_bytes);
+    BuildBudget budget = budgetOf(kSeveral);
     budget.spill_bytes = spill;
     ASSERT_EQ(setrlimit(RLIMIT_FSIZE, &low), 0);
     EXPECT_THROW(buildVolume(source, folder / "full.bwv", {}, budget), std::system_error) << spill;
@@ -154,7 +165,7 @@ TEST(BuilderWorkers, ConversionIsReportedOfAllReaders) {
   options.dims = glm::ivec3(kSide);
   options.type = "f64";
   const auto source = openSource({folder / "reals.raw"}, options);
-  const VolumeInfo info = buildVolume(*source, folder / "reals.bwv", {}).info;
+  const VolumeInfo info = buildVolume(*source, folder / "reals.bwv", {}, budgetOf(kSeveral)).info;
   EXPECT_EQ(info.channels[0].nonfinite_voxels, (values.size() + 4999) / 5000);
   EXPECT_EQ(info.channels[0].largest_rounding, std::abs(12345.6789 - static_cast<double>(12345.6789f)));
 }
