@@ -8,6 +8,7 @@
 
 #include "volume/build/strip_cutter.h"
 #include "volume/build/strips.h"
+#include "volume/error.h"
 
 namespace blockwalk {
 namespace {
@@ -59,7 +60,9 @@ class StripScanner {
         statistics_(scan.statistics),
         guesses_(scan.guesses),
         cutter_(info, scan.thresholds, budget.stream_bytes, *scan.spill) {
-    if (source_) reader_.emplace(*source_, info.subblock_side, budget.slab_bytes, folder);
+    if (!source_) return;
+    BLOCKWALK_CHECK(source_->info().random_access, ==, true);  // each reads strips here and there
+    reader_.emplace(*source_, info.subblock_side, budget.slab_bytes, folder);
   }
 
   StripBatch& batch() { return batch_; }

@@ -152,6 +152,14 @@ TEST(BuilderWorkers, AFullDiskIsTold) {
   std::signal(SIGXFSZ, handler);
 }
 
+TEST(BuilderWorkersDeathTest, SourcesOfTheirOwnAreReadInAnyOrder) {
+  const ScratchFolder folder;
+  const auto voxels = denseSource(VoxelType::u8);
+  voxels->change().random_access = false;
+  SharedSource source(voxels);
+  EXPECT_DEATH(buildVolume(source, folder / "order.bwv", {}, budgetOf(kSeveral)), "check failed.*random_access");
+}
+
 // Of each reader its part: as many and as large as one reader finds.
 TEST(BuilderWorkers, ConversionIsReportedOfAllReaders) {
   const ScratchFolder folder;
