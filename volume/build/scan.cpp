@@ -139,11 +139,21 @@ int batchStrips(const VolumeInfo& info) {
   return static_cast<int>((kBatchBytes + stripBytes(info) - 1) / stripBytes(info));
 }
 
+// Strips of a batch, what is cut of them, and what reads and counts them.
+std::uint64_t scannerBytes(const VolumeInfo& info, const BuildBudget& budget) {
+  constexpr std::uint64_t kMostSamples = std::uint64_t{1} << 20;  // that a source holds at once, of each channel
+  const std::uint64_t channels = info.channels.size();
+  const std::uint64_t rows = stripBytes(info) / static_cast<std::uint64_t>(std::min(info.subblock_side, info.dims.z));
+  const std::uint64_t samples = std::min(channels * kMostSamples, rows * 8);  // a value takes at most 8 bytes there
+  const std::uint64_t counts = channels * densityKeys(info.type) * sizeof(std::uint64_t);
+  return kBatchBytes + stripBytes(info) + budget.stream_bytes + rows + samples + counts;
+}
+
 // As many as are worth it, and as the budget has memory for.
 std::size_t scannerCount(const VolumeInfo& info, const BuildBudget& budget, int threads) {
   const glm::ivec3 strips = (info.dims + info.subblock_side - 1) / info.subblock_side;
   const int batches = (strips.y * strips.z + batchStrips(info) - 1) / batchStrips(info);
-  const std::uint64_t each = kBatchBytes + stripBytes(info) + budget.stream_bytes;
+  const std::uint64_t each = scannerBytes(info, budget);
   const auto fitting = static_cast<int>(std::min<std::uint64_t>(budget.scan_bytes / each, 64));
   return static_cast<std::size_t>(std::min({std::max(fitting, 2), 2 * threads, batches}));
 }

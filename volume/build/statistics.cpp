@@ -87,7 +87,7 @@ float densityOfKey(VoxelType type, std::uint16_t key) {
 DensityStatistics::DensityStatistics(VoxelType type, float reference)
     : type_(type),
       reference_(reference),
-      counts_(65536),
+      counts_(densityKeys(type)),
       least_(kInfinity),
       second_(kInfinity),
       above_reference_(kInfinity),

@@ -42,7 +42,8 @@ class DensityStatistics {
   VoxelType type_;
   float reference_;
   std::uint64_t nonfinite_ = 0;
-  // Voxels by densityKey(): exact for integers, the sign, exponent and 7 bits of a float.
+  // Voxels by densityKey(), of which there are densityKeys(): exact for integers, the sign, exponent and 7 bits of a
+  // float.
   std::vector<std::uint64_t> counts_;
   // f32 only: the least finite density, the least above that, the least above the reference, the greatest.
   float least_;
@@ -54,5 +55,9 @@ class DensityStatistics {
 // A 16-bit key that ascends with the density, and the least density that has a key.
 std::uint16_t densityKey(VoxelType type, float density);
 float densityOfKey(VoxelType type, std::uint16_t key);
+// One above the greatest key.
+constexpr std::size_t densityKeys(VoxelType type) {
+  return type == VoxelType::u8 || type == VoxelType::rgba8 ? 256 : 65536;
+}
 
 }  // namespace blockwalk

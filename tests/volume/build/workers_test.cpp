@@ -28,7 +28,11 @@ class SharedSource final : public Source {
   explicit SharedSource(std::shared_ptr<MemorySource> voxels, int broken = kMaxDim)
       : voxels_(std::move(voxels)), broken_(broken), info_(voxels_->info()) {}
   const SourceInfo& info() const override { return info_; }
-  std::unique_ptr<Source> another() const override { return std::make_unique<SharedSource>(voxels_, broken_); }
+  std::unique_ptr<Source> another() const override {
+    ++others_;
+    return std::make_unique<SharedSource>(voxels_, broken_);
+  }
+  int others() const { return others_; }
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
     if (z >= broken_) failData("slice {} is broken", z);
     const std::size_t row = channelRowBytes(info_);
@@ -42,6 +46,7 @@ class SharedSource final : public Source {
   std::shared_ptr<MemorySource> voxels_;
   int broken_;
   SourceInfo info_;
+  mutable int others_ = 0;
 };
 
 std::shared_ptr<MemorySource> denseSource(VoxelType type, std::size_t channels = 1) {
@@ -82,6 +87,22 @@ TEST(BuilderWorkers, OneThreadAndSeveralGiveTheSameBytes) {
     buildVolume(shared, folder / "machine.bwv", options);
     EXPECT_EQ(readBytes(folder / "machine.bwv"), expected) << "as many as this machine has";
   }
+}
+
+// Counts of 16 bits take half a MiB a channel, more than a quarter of what a worker needs to read and cut.
+TEST(BuilderWorkers, ReadersAndTheirCountsHaveTheMemoryThatIsTheirs) {
+  const ScratchFolder folder;
+  SharedSource source(denseSource(VoxelType::u16, 2));
+  BuildBudget budget = budgetOf(8);
+  buildVolume(source, folder / "many.bwv", {}, budget);
+  ASSERT_GE(source.others(), 8) << "strips for many readers";
+  const int before = source.others();
+  budget.scan_bytes = std::uint64_t{8} << 20;
+  buildVolume(source, folder / "fitting.bwv", {}, budget);
+  const int readers = source.others() - before;
+  EXPECT_GE(readers, 2);
+  constexpr std::uint64_t kEach = (std::uint64_t{1} << 20) + 2 * 65536 * sizeof(std::uint64_t);
+  EXPECT_LE(static_cast<std::uint64_t>(readers) * kEach, budget.scan_bytes);
 }
 
 TEST(BuilderWorkers, WhatAWorkerCannotReadIsToldAsWithOneThread) {
