@@ -24,10 +24,11 @@ void fillConstant(std::span<std::byte> out, std::span<const std::byte> voxel, gl
   }
 }
 
-// Blocks are looked at in one job until they have as many bytes of voxels: handing it over takes as long as looking at
-// some subblocks.
+// Blocks are looked at in one job until they have as many bytes of voxels and of what else a block takes: handing it
+// over takes as long as looking at some subblocks.
 constexpr std::size_t kJobBytes = std::size_t{1} << 20;
-constexpr std::size_t kKeptBlocks = 16;  // of a job, for their memory
+constexpr std::size_t kBlockBytes = 512;  // lists of candidates and findings: most of a block of a single subblock
+constexpr std::size_t kKeptBlocks = 16;   // of a job, for their memory
 
 struct WantedBlock {
   glm::ivec3 origin{0};
@@ -107,10 +108,10 @@ BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& b
     for (const FoundBlock& block : done_with) builder.add(block.findings());
     if (done_with.size() > kKeptBlocks) done_with.clear();  // blocks that grow in turn would be too much
   };
-  const std::size_t least_subblocks =
-      kJobBytes / (static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type) * info.channels.size()) + 1;
+  const std::size_t subblock_bytes =
+      static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type) * info.channels.size();
   std::vector<WantedBlock> wanted;
-  std::size_t wanted_subblocks = 0;
+  std::size_t wanted_bytes = 0;
   const auto find = [&] {
     if (jobs.full()) takeBlocks();
     jobs.start(
@@ -121,14 +122,14 @@ BuiltLevels buildLevels(Scan& scan, const VolumeInfo& info, const BuildBudget& b
           }
           return std::move(found);
         });
-    wanted_subblocks = 0;
+    wanted_bytes = 0;
   };
   std::vector<LevelBuilder::Candidate> candidates;
   std::uint64_t code = 0;
   const auto flush = [&] {
-    wanted_subblocks += candidates.size();
+    wanted_bytes += kBlockBytes + candidates.size() * subblock_bytes;
     wanted.push_back({.origin = mortonPosition(code), .candidates = std::exchange(candidates, {})});
-    if (wanted_subblocks >= least_subblocks) find();
+    if (wanted_bytes > kJobBytes) find();
   };
 
   SubblockRecord record;

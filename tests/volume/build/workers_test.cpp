@@ -89,6 +89,15 @@ TEST(BuilderWorkers, OneThreadAndSeveralGiveTheSameBytes) {
   }
 }
 
+// Tens of thousands of blocks: many jobs of what a block takes beside its voxels.
+TEST(BuilderWorkers, BlocksOfOneSubblockAreTheSameBytes) {
+  const ScratchFolder folder;
+  SharedSource source(denseSource(VoxelType::u8));
+  const BuildOptions options{.subblock_side = 4, .block_side = 1};
+  const std::string expected = built(source, folder / "one.bwv", options, budgetOf(1));
+  EXPECT_EQ(built(source, folder / "several.bwv", options, budgetOf(kSeveral)), expected);
+}
+
 // Counts of 16 bits take half a MiB a channel, more than a quarter of what a worker needs to read and cut.
 TEST(BuilderWorkers, ReadersAndTheirCountsHaveTheMemoryThatIsTheirs) {
   const ScratchFolder folder;
