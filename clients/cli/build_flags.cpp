@@ -3,11 +3,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "clients/cli/flag_values.h"
 #include "clients/cli/usage_error.h"
 #include "volume/codec_name.h"
+#include "volume/host_limits.h"
 
 namespace blockwalk {
 
@@ -28,14 +30,17 @@ void BuildFlags::add(CLI::App& command) {
       .add_option("--codec", codec,
                   "how voxels are packed: raw, lz4 (reads fastest of the two) or zstd (packs most) (raw)")
       ->check(CLI::IsMember({"raw", "lz4", "zstd"}));
-  command.add_option("--memory", memory, "memory to stay within (2GiB)")->type_name("SIZE");
+  command.add_option("--memory", memory, "memory to stay within, at least 96MiB (half of what is free, 96MiB to 2GiB)")
+      ->type_name("SIZE");
 }
 
 std::uint64_t BuildFlags::memoryBytes() const {
   // The builder needs 64 MiB, and an import keeps a quarter of the memory for its decoder.
   constexpr std::uint64_t kLeast = std::uint64_t{96} << 20;
-  const std::uint64_t bytes = parseByteSize("--memory", memory);
-  if (bytes < kLeast) throw UsageError(fmt::format("--memory: {} is less than 96MiB", memory));
+  constexpr std::uint64_t kMostUnasked = std::uint64_t{2} << 30;
+  if (!memory) return std::clamp(freeHostBytes() / 2, kLeast, kMostUnasked);
+  const std::uint64_t bytes = parseByteSize("--memory", *memory);
+  if (bytes < kLeast) throw UsageError(fmt::format("--memory: {} is less than 96MiB", *memory));
   return bytes;
 }
 

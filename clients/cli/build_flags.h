@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,12 +16,13 @@ struct BuildFlags {
   std::string output;
   int subblock_side = 8;
   int block_side = 6;
-  std::string memory = "2GiB";
+  std::optional<std::string> memory;
   std::string bins = "auto";
   std::string codec = "raw";
   std::vector<double> empty_thresholds;
 
   void add(CLI::App& command);
+  // Asks the host where nothing is told: another answer each time.
   std::uint64_t memoryBytes() const;
   // `memory_bytes` is what the builder may take; the rest of --memory is the source's.
   BuildOptions options(std::uint64_t memory_bytes) const;

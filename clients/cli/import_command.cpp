@@ -31,7 +31,7 @@ struct ImportCommand {
   bool verify = false;
   BuildFlags build;
 
-  ImportOptions importOptions() const {
+  ImportOptions importOptions(std::uint64_t memory_bytes) const {
     ImportOptions options;
     if (!dims.empty()) options.dims = parseDims("--dims", dims);
     if (!type.empty()) options.type = type;
@@ -50,13 +50,14 @@ struct ImportCommand {
                       : density == "max"       ? DensityRule::max
                                                : DensityRule::automatic;
     // Files that a decoder must hold in part get a quarter; the builder gets the rest.
-    options.memory_bytes = build.memoryBytes() / 4;
+    options.memory_bytes = memory_bytes / 4;
     return options;
   }
 
   void run() const {
-    const ImportOptions import_options = importOptions();
-    BuildOptions build_options = build.options(build.memoryBytes() - import_options.memory_bytes);
+    const std::uint64_t memory_bytes = build.memoryBytes();
+    const ImportOptions import_options = importOptions(memory_bytes);
+    BuildOptions build_options = build.options(memory_bytes - import_options.memory_bytes);
     build_options.values = values == "labels"      ? ValuesRule::labels
                            : values == "intensity" ? ValuesRule::intensity
                                                    : ValuesRule::guess;

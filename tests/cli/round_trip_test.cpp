@@ -198,6 +198,22 @@ TEST(RoundTrip, BuildParametersAndDataFormsAreKept) {
   EXPECT_THAT(outcome.error, HasSubstr("verify: ")) << "one line a step where there is no terminal";
 }
 
+// Strips of 16 x 16 rows of four channels take more than half of what the limit leaves, and much less than 2 GiB.
+TEST(RoundTrip, TakesHalfOfWhatIsFreeWhereNoMemoryIsTold) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer needs all addresses";
+#endif
+  const Workplace place;
+  place.write("wide.raw", "");
+  std::filesystem::resize_file(place.path("wide.raw"), std::uint64_t{20000} * 16 * 16 * 4 * sizeof(float));
+  const std::string import =
+      "import wide.raw -o out.bwv --dims 20000x16x16 --type f32 --channels 4 --subblock 16 --block 1";
+  const Outcome outcome = place.run(import, "ulimit -v 700000;");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.out;
+  EXPECT_THAT(outcome.error, HasSubstr("must be at least"));
+  EXPECT_EQ(place.run(import + " --memory 2GiB").exit_code, 0);
+}
+
 TEST(RoundTrip, ReportsWhatConversionChanged) {
   const Workplace place;
   const double values[] = {0.1, std::numeric_limits<double>::quiet_NaN(), 3, std::numeric_limits<double>::infinity()};

@@ -23,8 +23,8 @@ class Workplace {
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
   void write(const std::string& name, const std::string& bytes) const;
   std::string read(const std::string& name) const;
-  // `arguments` as a shell reads them, redirections too, and what of the environment is set for it, "NAME=value"; the
-  // working folder is this one.
+  // `arguments` as a shell reads them, redirections too, and what of the environment is set for it, "NAME=value", or of
+  // its limits, "ulimit -v KIB;"; the working folder is this one.
   Outcome run(const std::string& arguments, const std::string& environment = "") const;
 
  private:
