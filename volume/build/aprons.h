@@ -31,8 +31,10 @@ class LevelShells {
     std::uint64_t blocks = 0;
     std::uint64_t subblocks = 0;
   };
-  // Appends block records of the level and, of each channel, apron ranges. `dims`: of the level. Memory: 56 bytes a
-  // block and the cache.
+  // Appends block records of the level and, of each channel, apron ranges. `dims`: of the level. Memory: of each stored
+  // block its StoredBlock (48 bytes) and its place (some 40), of those around them their codes, at most thrice 8 bytes;
+  // the cache, of which each running job has its part, but 27 blocks' shells at least; and what two jobs for each
+  // thread have found.
   Aprons find(const VolumeInfo& info, glm::ivec3 dims, TempBytes& blocks, std::span<TempBytes* const> apron_ranges,
               Workers& workers);
 
