@@ -33,6 +33,8 @@ nlohmann::json statsJson(const RenderStats& stats) {
                          {"level", stats.level},
                          {"kernel", stats.kernel},
                          {"loop_bound_hits", stats.loop_bound_hits},
+                         {"absent_blocks", stats.absent_blocks},
+                         {"pages_read", stats.pages_read},
                          {"non_finite", stats.non_finite}};
   if (stats.finder_build.macrocells > 0) json["finder_build"] = buildJson(stats.finder_build);
   return json;

@@ -117,6 +117,7 @@ FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
              .band_ms = options.band_ms,
              .kernels = Kernels(device, options.background_kernels, options.most_kernels),
              .bands = BandRunner(device, tools_.kernels),
+             .pages = parts_.pagePool(),
              .residency = Residency([this](const StoredVolume& volume, const Need& need, const Pins& inputs) {
                return parts_.begin(volume, need, inputs);
              }),
@@ -141,7 +142,8 @@ DeviceTraits FrameRenderer::traits(std::uint64_t volume) const {
   return {.ray_query = device_.rayQuery(),
           .software = device_.isSoftware(),
           .max_instances = device_.maxInstances(),
-          .fastest = finders_.find(volume)};
+          .fastest = finders_.find(volume),
+          .page_above_bytes = tools_.pages.mostBytes()};
 }
 
 bool FrameRenderer::shouldProbe(const FrameOrder& order) const {
@@ -161,7 +163,9 @@ std::uint64_t FrameRenderer::reclaim(std::uint64_t bytes) {
   tools_.buffers.drop();
   parts_.dropSpare();
   const std::uint64_t idle = before - device_.memory().usedBytes();
-  return idle >= bytes ? idle : idle + tools_.residency.evict(bytes - idle);
+  if (idle >= bytes) return idle;
+  const std::uint64_t parts = idle + tools_.residency.evict(bytes - idle);
+  return parts >= bytes ? parts : parts + tools_.pages.evict(bytes - parts);
 }
 
 void FrameRenderer::forgetVolume(std::uint64_t volume) {

@@ -10,11 +10,16 @@ namespace {
 
 // Another part of the same level and channel.
 Need sibling(const Need& need, Part part) {
-  return {.part = part, .level = need.level, .form = need.form, .apron = need.apron, .channel = need.channel};
+  return {.part = part,
+          .level = need.level,
+          .form = need.form,
+          .paged = need.paged,
+          .apron = need.apron,
+          .channel = need.channel};
 }
 
 Need ofLevel(const Need& need, Part part) {
-  return {.part = part, .level = need.level, .form = need.form, .apron = need.apron};
+  return {.part = part, .level = need.level, .form = need.form, .paged = need.paged, .apron = need.apron};
 }
 
 }  // namespace
@@ -23,6 +28,7 @@ PartMaker::PartMaker(Device& device, const DeviceOptions& options)
     : device_(device),
       chunk_bytes_(options.chunk_bytes),
       visible_quarters_(device),
+      pages_(options.page_bytes),
       regions_(device, options.piece_macrocells) {
   if (device.rayQuery()) unit_box_ = buildUnitBox(device);
 }
@@ -34,6 +40,7 @@ std::unique_ptr<Making> PartMaker::begin(const StoredVolume& volume, const Need&
   const auto masks = [&] { return inputs.share<ResidentMasks>(sibling(need, Part::masks)); };
   switch (need.part) {
     case Part::voxels:
+      if (need.paged) return makePagedVoxels(device_, pages_, visible_quarters_, volume, need);
       return makeVoxels(device_, volume, need, chunk_bytes_);
     case Part::blocks:
       return makeBlocks(device_, volume, voxels());
@@ -57,10 +64,17 @@ std::unique_ptr<Making> PartMaker::begin(const StoredVolume& volume, const Need&
     case Part::clusters:
     case Part::boundary:
       return beginRegion(volume, need, inputs);
+    case Part::ancestors: {
+      Need coarse = need;
+      coarse.level = need.coarse_level;
+      coarse.form = need.coarse_form;
+      coarse.paged = false;
+      return makeAncestors(device_, need, any_voxels(), inputs.shareAnyVoxels<ResidentVoxels>(coarse));
+    }
     case Part::sums:
       break;  // frames make them
   }
-  BLOCKWALK_CHECK(static_cast<int>(need.part), <, static_cast<int>(Part::sums));
+  BLOCKWALK_CHECK(static_cast<int>(need.part), !=, static_cast<int>(Part::sums));
   return nullptr;
 }
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "renderer/find/active_region.h"
-#include "renderer/resident/visible_quarters.h"
+#include "renderer/resident/pages.h"
 
 namespace blockwalk {
 
@@ -14,6 +14,7 @@ class PartMaker {
 
   // Residency::Begin. It outlives what it makes.
   std::unique_ptr<Making> begin(const StoredVolume& volume, const Need& need, const Pins& inputs);
+  PagePool& pagePool() { return pages_; }
   // Memory that the next making would begin with goes back.
   void dropSpare() { regions_.dropSpare(); }
 
@@ -24,6 +25,7 @@ class PartMaker {
   std::uint64_t chunk_bytes_;
   AccelerationStructure unit_box_;
   VisibleQuarters visible_quarters_;
+  PagePool pages_;
   ActiveRegions regions_;
 };
 

@@ -55,6 +55,9 @@ void PlannedFrame::hold() {
 void PlannedFrame::letGo() noexcept {
   if (std::exchange(is_begun_, false)) tools_.buffers.give(std::exchange(buffers_, {}));
   kept_.reset();
+  holdPages(std::nullopt);
+  paged_.clear();
+  brings_pages_ = draws_again_ = is_short_ = false;
   waits_for_.reset();
   pins_.clear();
   if (std::exchange(holds_, false)) --tools_.under_way.holding;
@@ -141,6 +144,7 @@ bool PlannedFrame::advanceWork() {
   if (order_.prepare_only) return false;
   if (!is_begun_) begin();
   if (plan_.is_blank) return false;
+  if (brings_pages_ && bringPages()) return true;
   drawOne();
   return !cutter_->isDone();
 }
@@ -176,8 +180,14 @@ void PlannedFrame::begin() {
   }
   takeSums();
   const bool sums = plan_.key.antialias != 0 && kept_ == nullptr;
-  buffers_ =
-      tools_.buffers.take({.pixels = std::min(pixels, kMaxBandPixels), .sums = sums, .probes = plan_.key.probe != 0});
+  for (const Need& need : plan_.needs) {
+    if (need.part == Part::voxels && need.paged) paged_.push_back(pins_.get<ResidentVoxels>(need).pages.get());
+  }
+  buffers_ = tools_.buffers.take({.pixels = std::min(pixels, kMaxBandPixels),
+                                  .sums = sums,
+                                  .probes = plan_.key.probe != 0,
+                                  .paged_blocks = paged_.empty() ? 0 : paged_.front()->blockCount(),
+                                  .keeps_sums = sample_begin_ > 0});
   is_begun_ = true;
   kernel_ = tools_.kernels.choose(plan_.key, plan_.kernel);
   if (kernel_.general) frame_.stats.kernel = "general " + frame_.stats.kernel;
@@ -189,6 +199,7 @@ void PlannedFrame::begin() {
   bound_.params.sums = sums ? buffers_.sums.address() : 0;
   bound_.params.probes = plan_.key.probe != 0 ? buffers_.probes.address() : 0;
   bound_.params.counters = buffers_.counters.address();
+  bound_.params.wanted = paged_.empty() ? 0 : buffers_.wanted.address();
   buffers_.params.mappedAs<gpu::FrameParams>()[0] = bound_.params;
   buffers_.counters.mappedAs<gpu::GpuCounters>()[0] = {};
   if (sample_begin_ > 0) {
@@ -226,8 +237,10 @@ void PlannedFrame::drawOne() {
     buffers_.params.mappedAs<gpu::FrameParams>()[0].sums = kept_->sums.address() + first * kSumBytes;
   }
   const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
+  if (!paged_.empty()) beginPaged(band);
   const double ms = tools_.bands.run(kernel_, plan_, band, buffers_.params.address(), set);
   frame_.stats.gpu_ms += ms;
+  if (!paged_.empty() && lacksPages()) return;
   if (cutter_->ran(ms)) readBand(band);
 }
 

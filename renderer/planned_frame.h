@@ -6,12 +6,14 @@
 
 #include <exception>
 #include <optional>
+#include <vector>
 
 #include "renderer/band_cutter.h"
 #include "renderer/bind.h"
 #include "renderer/frame_buffers.h"
 #include "renderer/plan/output_values.h"
 #include "renderer/resident/kept_sums.h"
+#include "renderer/resident/pages.h"
 #include "renderer/vulkan_volume.h"
 
 namespace blockwalk {
@@ -29,6 +31,7 @@ struct FrameTools {
   double band_ms;
   Kernels kernels;
   BandRunner bands;
+  PagePool& pages;
   Residency residency;
   KeptSums kept_sums;
   FrameBufferPool buffers;
@@ -65,6 +68,14 @@ class PlannedFrame {
   void takeSums();
   void drawOne();
   void readBand(const Band& band);
+  void beginPaged(const Band& band);
+  bool lacksPages();
+  bool bringPages();
+  void undoBand();
+  std::uint64_t sumsAt(const Band& band) const;
+  std::uint64_t sumBytes(const Band& band) const;
+  bool bringInSome(PagedVoxels& voxels, bool waits);
+  void holdPages(std::optional<std::uint64_t> moment);
   void finish();
 
   FrameTools& tools_;
@@ -90,6 +101,15 @@ class PlannedFrame {
   int sample_end_ = 1;
   std::unique_ptr<KeptPicture> kept_;  // sums of the whole picture; null: of a band alone
   std::optional<BandCutter> cutter_;
+
+  // Of voxels that come and go: each drawn channel's.
+  std::vector<PagedVoxels*> paged_;
+  std::uint64_t moment_ = 0;   // of the band at hand
+  bool brings_pages_ = false;  // what it lacked is on its way
+  bool draws_again_ = false;   // it was drawn and lacked something
+  bool is_short_ = false;      // of room, and cannot be cut smaller
+  std::optional<std::uint64_t> held_moment_ = {};
+  gpu::GpuCounters counters_before_{};  // that band
 };
 
 }  // namespace blockwalk

@@ -92,7 +92,7 @@ void settle(inout Ink ink) {
 void hit(vec3 color, vec3 place, float t, inout Ink ink) {
   ink.color = color;
   ink.transmittance = 0.0;
-  ink.voxel = ivec3(floor(place)) + ivec3(scene.anchor);
+  ink.voxel = (ivec3(floor(place)) + ivec3(scene.anchor)) << scene.voxel_shift;
   ink.t = t;
   ink.done = true;
 }

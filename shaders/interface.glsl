@@ -44,6 +44,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) readonly buffer In
 layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SumArray { vec4 at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer PixelArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer ProbeArray { GpuProbe at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer BitArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Counters { GpuCounters sums; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Frame { FrameParams params; };
 
@@ -55,7 +56,7 @@ layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
 // lane. What a kernel does not use is not read.
 FrameParams frame;
 
-// What the loops need of the frame.
+// What the loops need of the frame; where another level stands in for a block (pages.glsl), that level's.
 struct Scene {
   DrawnChannel channels[kMaxDrawnChannels];
   uint64_t grid_tiles;
@@ -73,6 +74,7 @@ struct Scene {
   vec3 gradient_rows[3];
   float transmittance_bound;
   vec3 light;
+  uint voxel_shift;  // of the level at hand against the one drawn
 };
 
 Scene scene;
@@ -99,6 +101,7 @@ void loadScene() {
   scene.gradient_rows = frame.gradient_rows;
   scene.transmittance_bound = frame.transmittance_bound;
   scene.light = frame.light;
+  scene.voxel_shift = 0u;
 }
 
 // What one ray has done; visits and steps when kTally is on, summed over the frame when kCount is.

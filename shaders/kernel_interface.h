@@ -82,7 +82,8 @@ BLOCKWALK_CONST uint kFinderNone = 6;
   early(16, int, channels, kChannels, 1)                     /* drawn */ \
   late(17, bool, count, kCount, true) \
   late(18, bool, probe, kProbe, false) \
-  late(19, bool, fine_table, kFineTable, false)              /* entries are so close that the nearest will do */
+  late(19, bool, fine_table, kFineTable, false)              /* entries are so close that the nearest will do */ \
+  early(20, bool, paged, kPaged, false)                      /* voxels of some blocks may be absent */
 // clang-format on
 // One term of a sum. NOLINTNEXTLINE(bugprone-macro-parentheses)
 #define BLOCKWALK_COUNT_CHOICE(id, type, member, constant, initial) +1
@@ -164,6 +165,15 @@ struct DrawnChannel {
 
 struct FrameParams {
   DrawnChannel channels[kMaxDrawnChannels];
+  // Paged: of the level that stands in where a block is absent, 2^coarse_shift times as coarse, and resident as a
+  // whole.
+  DrawnChannel coarse[kMaxDrawnChannels];
+  uint64_t ancestors;  // uint[]: for each block the one of that level that covers it, or kNone
+  uint64_t wanted;     // uint[]: bit i of word i / 32 is set where a ray comes to block i
+  ivec3 coarse_anchor;
+  uint coarse_shift;
+  vec3 coarse_offset;  // anchor - coarse_anchor x 2^coarse_shift: whole voxels
+  uint paged_padding;
   uint64_t grid_tiles;        // uint[]: number of the tile's 512 places, or kNone
   uint64_t grid_blocks;       // uint[][512]: block index or kNone
   uint64_t octree;            // OctreeNode[], the root first
@@ -273,11 +283,12 @@ static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
 static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
 static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
 static_assert(sizeof(OctreeNode) == 8);
-static_assert(sizeof(DrawnChannel) == 72 && offsetof(FrameParams, grid_tiles) == 288);
-static_assert(offsetof(FrameParams, point_center) == 360 && offsetof(FrameParams, half_width) == 432);
-static_assert(offsetof(FrameParams, clip_planes) == 468 && offsetof(FrameParams, anchor) == 660);
-static_assert(offsetof(FrameParams, extinction_scale) == 708 && offsetof(FrameParams, background) == 712);
-static_assert(offsetof(FrameParams, gradient_rows) == 736 && offsetof(FrameParams, light) == 776);
+static_assert(sizeof(DrawnChannel) == 72 && offsetof(FrameParams, coarse) == 288);
+static_assert(offsetof(FrameParams, ancestors) == 576 && offsetof(FrameParams, grid_tiles) == 624);
+static_assert(offsetof(FrameParams, point_center) == 696 && offsetof(FrameParams, half_width) == 768);
+static_assert(offsetof(FrameParams, clip_planes) == 804 && offsetof(FrameParams, anchor) == 996);
+static_assert(offsetof(FrameParams, extinction_scale) == 1044 && offsetof(FrameParams, background) == 1048);
+static_assert(offsetof(FrameParams, gradient_rows) == 1072 && offsetof(FrameParams, light) == 1112);
 static_assert(sizeof(PushConstants) == 24 && sizeof(VisibleQuartersPush) == 48);
 }  // namespace blockwalk::gpu
 #endif

@@ -6,6 +6,7 @@
 #include "voxel_words.glsl"
 #include "ray.glsl"
 #include "blocks.glsl"
+#include "pages.glsl"
 #include "octree.glsl"
 #include "finders.glsl"
 #include "subblocks.glsl"
@@ -57,7 +58,15 @@ uint traverse(Ray ray, inout Ink ink, inout Work work) {
       if (kTally) work.block_visits += crosses && (meets || !kCull) ? 1u : 0u;
     } else if (t_end > t_begin && (kMarches || !blockIsCulled(block))) {
       if (kTally) work.block_visits += 1u;
-      integrateBlock(ray, block, corner, t_begin, t_end, ink, work);
+      if (kPaged) {  // every kernel knows whether it is: of the two calls it has one
+        Ray local = ray;
+        uint holder = block;
+        standIn(local, holder, corner, t_begin, t_end);
+        if (t_end > t_begin) integrateBlock(local, holder, corner, t_begin, t_end, ink, work);
+        standBack();
+      } else {
+        integrateBlock(ray, block, corner, t_begin, t_end, ink, work);
+      }
       if (ink.done) return crossed;
     }
     bool goes_on = !kFindsIntervals || interval.y < span.y;

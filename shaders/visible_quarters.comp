@@ -92,7 +92,10 @@ void main() {
     uint rank = i >> 1;
     GpuSubblock range = SubblockArray(push.masks).at[first + rank];
     uint quarters = 0u;
-    if (range.density_max >= push.density_lo && range.density_min <= push.density_hi) {
+    bool meets = range.density_max >= push.density_lo && range.density_min <= push.density_hi;
+    if (meets && voxels == uint64_t(0)) {
+      quarters = 0xffffffffu;  // not known until the voxels are there
+    } else if (meets) {
       uint64_t at = voxels + uint64_t(rank) * kSubblockBytes;
       int z_first = 2 * kQuarterSide * int(i & 1u);
       quarters = layerOfQuarters(at, z_first) | layerOfQuarters(at, z_first + kQuarterSide) << 16;

@@ -9,7 +9,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) readonly buffer F32
 
 BLOCKWALK_DERIVED int kVoxelBytes = kVoxelType == kVoxelU8 ? 1 : (kVoxelType == kVoxelU16 ? 2 : 4);
 // With an apron u8 and u16 lie in rows of words that hold four voxels each, of which the last is the next one's first:
-// the two ends of an interpolation cell are in one word (renderer/resident/aproned_layout.h).
+// the two ends of an interpolation cell are in one word (renderer/plan/aproned_layout.h).
 BLOCKWALK_DERIVED bool kOverlaps = kApron && kVoxelBytes < 4;
 BLOCKWALK_DERIVED int kRowWords = kOverlaps ? (kSubblockSide + 3) / 3 : kStride;
 BLOCKWALK_DERIVED int kSubblockBytes = kStride * kStride * kRowWords * (kOverlaps ? 4 * kVoxelBytes : kVoxelBytes);

@@ -43,6 +43,10 @@ struct RenderStats {
   std::uint64_t loop_bound_hits = 0;
   std::uint64_t non_finite = 0;
   FinderBuild finder_build{};
+  // Where voxels come and go (docs/large.md): times that rays came to blocks whose voxels were absent, band by band and
+  // channel by channel, and were shown a coarser level there.
+  std::uint64_t absent_blocks = 0;
+  std::uint64_t pages_read = 0;  // for this frame
 };
 
 // Per pixel, row 0 at the top. `probes` is filled only when asked for; of several samples it holds the last.

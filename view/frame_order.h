@@ -36,6 +36,9 @@ struct FrameOrder {
   bool rebuild = false;
   // Make resident what the frame needs and draw nothing.
   bool prepare_only = false;
+  // Where voxels come and go (docs/large.md): draw what is there, coarser where something is not, and wait for nothing.
+  // Else the picture is drawn once all that it shows is there, as far as there is room for it.
+  bool as_it_is = false;
   // Any thread may set it; looked at between the pieces of the work. Null: never.
   std::shared_ptr<std::atomic<bool>> cancel{};
   std::optional<SampleStep> step{};  // none: all samples at once

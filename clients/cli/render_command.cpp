@@ -59,6 +59,7 @@ struct RenderCommand {
   bool no_ray_query = false;
   bool validation = false;
   int chunk_mib = 256;
+  int page_mib = 0;
   std::vector<CLI::Option*> local_flags;
   AccessFlags server;
 
@@ -118,6 +119,7 @@ struct RenderCommand {
     options.allow_ray_query = !no_ray_query;
     options.validation = validation;
     options.chunk_bytes = static_cast<std::uint64_t>(chunk_mib) << 20;
+    options.page_bytes = static_cast<std::uint64_t>(page_mib) << 20;
     options.on_message = [](const std::string& message) { fmt::print(stderr, "blockwalk: {}\n", message); };
     VolumeFile file(source);
     setUpDriver();
@@ -183,6 +185,12 @@ void addRenderCommand(CLI::App& app) {
       command->add_flag("--validation", render->validation, "check every Vulkan call")->group("Device"),
       command->add_option("--chunk-mib", render->chunk_mib, "voxels a device allocation, in MiB (256)")
           ->check(CLI::Range(1, 65536))
+          ->group("Device"),
+      command
+          ->add_option("--page-mib", render->page_mib,
+                       "a level whose voxels take more is paged: no more of them are on the device at a time, in MiB "
+                       "(none is)")
+          ->check(CLI::Range(1, 1 << 20))
           ->group("Device")};
   render->server.addTo(*command);
   command->callback([render] { render->run(); });

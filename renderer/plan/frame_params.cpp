@@ -81,6 +81,14 @@ void setChannels(const VolumeInfo& info, const Plan& plan, gpu::FrameParams& par
   }
 }
 
+// Of the level that stands in: what the parts that are bound do not say.
+void setCoarse(int shift, gpu::FrameParams& params) {
+  std::ranges::copy(params.channels, params.coarse);
+  params.coarse_shift = static_cast<gpu::uint>(shift);
+  params.coarse_anchor = params.anchor >> shift;
+  params.coarse_offset = glm::vec3(params.anchor - (params.coarse_anchor << shift));
+}
+
 // f(A w) has the gradient A^T grad f in world space.
 void setLight(const Camera& camera, const glm::dmat3& linear, gpu::FrameParams& params) {
   for (int row = 0; row < 3; ++row) params.gradient_rows[row] = glm::vec3(linear[row]);
@@ -111,6 +119,7 @@ gpu::FrameParams makeFrameParams(const ResolvedView& view, const VolumeInfo& inf
   params.block_dims = latticeDims(info.levels[static_cast<std::size_t>(plan.level)].dims, info.blockVoxels());
   params.size = {view.width, view.height};
   setChannels(info, plan, params);
+  if (plan.isPaged()) setCoarse(*plan.coarse_level - plan.level, params);
   // Beyond the cap whatever has a length is opaque, and a product with a density of 255 stays finite.
   params.transmittance_bound = static_cast<float>(view.termination);
   params.extinction_scale = static_cast<float>(std::min(view.extinction / (255.0 * unitDistance(info)), 1e35));

@@ -60,6 +60,7 @@ std::string describe(const KernelKey& key) {
   add(key.count, "count");
   add(key.probe, "probe");
   add(key.fine_table, "fine-table");
+  add(key.paged, "paged");
   return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
 }
 

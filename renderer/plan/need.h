@@ -34,9 +34,10 @@ enum class Part : std::uint8_t {
   macrocells,  // ranges of a channel in macrocells
   clusters,    // the active ones of those: as boxes, or the triangles around them
   boundary,
-  sums,  // of samples: what a refinement goes on with
+  sums,       // of samples: what a refinement goes on with
+  ancestors,  // for each block of a paged level, the block of a coarser one that covers it
 };
-constexpr int kPartKinds = static_cast<int>(Part::sums) + 1;
+constexpr int kPartKinds = static_cast<int>(Part::ancestors) + 1;
 
 // As reports name them: voxels, blocks, masks, quarters, ...
 std::string_view partName(Part part);
@@ -67,6 +68,7 @@ struct Need {
   Part part = Part::voxels;
   int level = 0;
   Form form = Form::values;
+  bool paged = false;          // voxels that come and go block by block, and what is made of those
   bool apron = false;          // voxels with the apron around every subblock, and what is made of those
   int channel = kAllChannels;  // of the volume
   StoredRange range{};         // visible_quarters: as densities are on the device
@@ -75,6 +77,8 @@ struct Need {
   TableRecipe table{};
   std::vector<RegionChannel> region{};  // clusters, boundary
   std::uint64_t owner = 0;              // sums
+  int coarse_level = 0;                 // ancestors: of what covers
+  Form coarse_form = Form::values;
   bool operator==(const Need&) const = default;
 };
 

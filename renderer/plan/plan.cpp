@@ -10,6 +10,7 @@
 #include "renderer/plan/clip_planes.h"
 #include "renderer/plan/density_scale.h"
 #include "renderer/plan/level_choice.h"
+#include "renderer/plan/paging.h"
 #include "renderer/plan/transfer_table.h"
 #include "renderer/plan/visible_densities.h"
 #include "shaders/kernel_interface.h"
@@ -240,24 +241,25 @@ void setPictureKey(const ResolvedView& view, const VolumeInfo& info, Plan& plan)
   key.fine_table = looks_up && std::ranges::all_of(plan.channels, is_fine) ? 1 : 0;
 }
 
-TableRecipe tableRecipe(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn) {
+// `level`: that is drawn by the table.
+TableRecipe tableRecipe(const ResolvedView& view, const VolumeInfo& info, int level, const ChannelPlan& drawn) {
   return {.range = drawn.range,
           .transfer = view.channels[drawn.channel].transfer,
           .shape = view.transfer_shape,
           .exact = info.type != VoxelType::f32 && view.filter == Filter::nearest && looksAtOpacity(view),
           // Averages and interpolations with empty voxels lie below level 0's smallest density.
-          .mixes_empties = plan.level > 0 || view.filter == Filter::linear,
+          .mixes_empties = level > 0 || view.filter == Filter::linear,
           .integrals = view.classification == Classification::pre_integrated};
 }
 
-// Of one channel: voxels and what is kept of them, and its table.
+// Of one channel of a level: voxels and what is kept of them, and its table.
 void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn,
-                     std::vector<Need>& needs) {
+                     int level, Form form, bool paged, std::vector<Need>& needs) {
   const auto finder = static_cast<Finder>(plan.key.finder);
   const auto channel = static_cast<int>(drawn.channel);
   const auto add = [&](Part part) -> Need& {
     return needs.emplace_back(
-        Need{.part = part, .level = plan.level, .form = plan.form, .apron = plan.apron, .channel = channel});
+        Need{.part = part, .level = level, .form = form, .paged = paged, .apron = plan.apron, .channel = channel});
   };
   const bool blocks = view.mode == Mode::blocks;
   const bool culls = plan.key.cull != 0 && !blocks;
@@ -267,7 +269,7 @@ void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Pla
   if (culls) add(Part::visible_quarters).range = onDevice(drawn.range, info, drawn.channel);
   if (finder == Finder::none) add(Part::empty) = {.part = Part::empty, .apron = plan.apron, .channel = channel};
   if (isScalar(info) && !blocks) {
-    needs.push_back({.part = Part::table, .channel = channel, .table = tableRecipe(view, info, plan, drawn)});
+    needs.push_back({.part = Part::table, .channel = channel, .table = tableRecipe(view, info, level, drawn)});
   }
 }
 
@@ -276,18 +278,20 @@ void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan
   Need region{.part = plan.key.finder == gpu::kFinderClusters ? Part::clusters : Part::boundary,
               .level = plan.level,
               .form = plan.form,
+              .paged = plan.isPaged(),
               .apron = plan.apron,
               .macrocell_voxels = plan.macrocell_voxels};
   for (const ChannelPlan& drawn : plan.channels) {
     const auto channel = static_cast<int>(drawn.channel);
     const float scale = isScalar(info) && view.mode != Mode::blocks
-                            ? tableSpan(tableRecipe(view, info, plan, drawn), info, drawn.channel).scale
+                            ? tableSpan(tableRecipe(view, info, plan.level, drawn), info, drawn.channel).scale
                             : 1;
     region.region.push_back(
         {.channel = channel, .range_mask = drawn.range_mask, .densities = visibleDensities(view, info, drawn, scale)});
     needs.push_back({.part = Part::macrocells,
                      .level = plan.level,
                      .form = plan.form,
+                     .paged = plan.isPaged(),
                      .apron = plan.apron,
                      .channel = channel,
                      .macrocell_voxels = plan.macrocell_voxels});
@@ -295,11 +299,13 @@ void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan
   needs.push_back(std::move(region));
 }
 
-std::vector<Need> needsOf(const ResolvedView& view, const VolumeInfo& info, const Plan& plan) {
-  std::vector<Need> needs;
-  for (const ChannelPlan& drawn : plan.channels) addChannelNeeds(view, info, plan, drawn, needs);
+void setNeeds(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
+  std::vector<Need>& needs = plan.needs;
+  for (const ChannelPlan& drawn : plan.channels) {
+    addChannelNeeds(view, info, plan, drawn, plan.level, plan.form, plan.isPaged(), needs);
+  }
   const auto finder = static_cast<Finder>(plan.key.finder);
-  const Need of_level{.level = plan.level, .form = plan.form, .apron = plan.apron};
+  const Need of_level{.level = plan.level, .form = plan.form, .paged = plan.isPaged(), .apron = plan.apron};
   const auto add = [&](Part part) -> Need& {
     needs.push_back(of_level);
     needs.back().part = part;
@@ -309,7 +315,15 @@ std::vector<Need> needsOf(const ResolvedView& view, const VolumeInfo& info, cons
   if (finder == Finder::octree) add(Part::octree).of_blocks = view.mode == Mode::blocks;
   if (finder == Finder::query) add(Part::instances);
   if (plan.macrocell_voxels > 0) addRegionNeeds(view, info, plan, needs);
-  return needs;
+  if (!plan.isPaged()) return;
+  const std::size_t own = needs.size();
+  for (const ChannelPlan& drawn : plan.channels) {
+    addChannelNeeds(view, info, plan, drawn, *plan.coarse_level, plan.coarse_form, false, needs);
+  }
+  Need& ancestors = add(Part::ancestors);
+  ancestors.coarse_level = *plan.coarse_level;
+  ancestors.coarse_form = plan.coarse_form;
+  plan.coarse_needs = needs.size() - own;
 }
 
 }  // namespace
@@ -365,7 +379,9 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   setVolumeKey(info, plan);
   setSkippingKey(view, info, plan);
   setPictureKey(view, info, plan);
-  if (!plan.is_blank) plan.needs = needsOf(view, info, plan);
+  if (plan.is_blank) return plan;
+  choosePaging(view, info, device.page_above_bytes, plan);
+  setNeeds(view, info, plan);
   return plan;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -22,6 +23,8 @@ struct DeviceTraits {
   bool software = true;
   std::uint64_t max_instances = 0;
   Finder fastest = Finder::automatic;  // query or grid, where that was measured for the volume
+  // Voxels of a level that take more are paged: they come and go block by block. 0: none are.
+  std::uint64_t page_above_bytes = 0;
 };
 
 // A channel that can be seen.
@@ -39,10 +42,15 @@ struct Plan {
   std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something
   std::vector<ClipPlane> planes;      // world
   bool apron = false;                 // voxels with the apron around every subblock
-  std::vector<Need> needs;            // what one is made of comes before it
+  // Paged: the level that is resident as a whole, and drawn where blocks of the plan's own are absent.
+  std::optional<int> coarse_level = {};
+  Form coarse_form = Form::values;
+  std::vector<Need> needs;       // what one is made of comes before it
+  std::size_t coarse_needs = 0;  // of these, the last: what is drawn of the coarser level
   KernelWish kernel = KernelWish::best;
   bool is_blank = false;  // nothing can be seen: no kernel at all, only background
 
+  bool isPaged() const { return coarse_level.has_value(); }
   bool asksFor(Part part) const;
   bool asksForRegion() const { return asksFor(Part::clusters) || asksFor(Part::boundary); }
   bool queriesRays() const { return asksFor(Part::instances) || asksForRegion(); }
@@ -54,10 +62,6 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
 
 // Whether the finder's tiles of blocks, if it looks blocks up in them, can be counted on the level.
 bool canUse(Finder finder, const VolumeInfo& info, int level);
-
-// For the general kernel, which holds every finder that the device has: the query's instances must be there to be
-// bound.
-void generalise(Plan& plan, const VolumeInfo& info, const DeviceTraits& device);
 
 // A channel's range in the view and, for scalars in blend and first-hit, what its transfer function shows, without
 // empty voxels.

@@ -28,11 +28,8 @@ class HostWork {
   }
 
   // Waits a little, so that whoever asks again at once does not spin.
-  bool isReady() {
-    if (taken_) return true;
-    if (task_ != nullptr) start();
-    return result_.wait_for(std::chrono::milliseconds(5)) == std::future_status::ready;
-  }
+  bool isReady() { return isReadyWithin(std::chrono::milliseconds(5)); }
+  bool isReadyNow() { return isReadyWithin(std::chrono::milliseconds(0)); }
   // Once it is ready. Throws what the work threw.
   T take() {
     taken_ = true;
@@ -40,6 +37,11 @@ class HostWork {
   }
 
  private:
+  bool isReadyWithin(std::chrono::milliseconds time) {
+    if (taken_) return true;
+    if (task_ != nullptr) start();
+    return result_.wait_for(time) == std::future_status::ready;
+  }
   void start() {
     if (host_works.fetch_add(1) >= kMostHostWorks) {
       --host_works;

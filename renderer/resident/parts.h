@@ -10,21 +10,24 @@
 
 namespace blockwalk {
 
-// Of a channel of a level: all voxels, block after block.
+class PagedVoxels;
+
+// Of a channel of a level: all voxels, block after block; or those that are wanted (pages.h).
 struct ResidentVoxels final : Resident {
+  ResidentVoxels();
+  ~ResidentVoxels() override;
   std::vector<Buffer> chunks;                  // no block crosses from one to the next
-  std::vector<std::uint64_t> block_addresses;  // on the device
+  std::vector<std::uint64_t> block_addresses;  // on the device; 0 of those that come and go
+  std::unique_ptr<PagedVoxels> pages;          // that do; null where all are there
   std::shared_ptr<const Level> records;        // on the host, with the ranges of the apron where there is one
   int exponent = 0;                            // of densities on the device (renderer/plan/density_scale.h)
 
-  std::uint64_t bytes() const override {
-    std::uint64_t sum = 0;
-    for (const Buffer& chunk : chunks) sum += chunk.bytes();
-    return sum;
-  }
+  std::uint64_t bytes() const override;
 };
 
 struct ResidentBlocks final : Resident {
+  ResidentBlocks() = default;
+  ~ResidentBlocks() override;
   Buffer records;                                // gpu::GpuBlock[]
   std::shared_ptr<const ResidentVoxels> voxels;  // whose addresses they hold
   std::uint64_t bytes() const override { return records.bytes(); }
@@ -38,8 +41,20 @@ struct ResidentMasks final : Resident {
 
 // Which quarters of a channel's subblocks may show something in a range (shaders/visible_quarters.comp).
 struct ResidentQuarters final : Resident {
+  ResidentQuarters() = default;
+  ~ResidentQuarters() override;
   Buffer quarters;  // uint[2][], one a subblock
+  // What they are found from, again where pages come in.
+  StoredRange range;
+  std::shared_ptr<const ResidentBlocks> blocks;
+  std::shared_ptr<const ResidentMasks> masks;
   std::uint64_t bytes() const override { return quarters.bytes(); }
+};
+
+// Of a paged level: uint[], for each block that of a coarser level which covers it, or kNone.
+struct ResidentAncestors final : Resident {
+  Buffer blocks;
+  std::uint64_t bytes() const override { return blocks.bytes(); }
 };
 
 // Voxels of one subblock that is empty everywhere.

@@ -4,10 +4,11 @@
 #include <algorithm>
 #include <cstring>
 
+#include "renderer/plan/aproned_layout.h"
 #include "renderer/plan/density_scale.h"
 #include "renderer/plan/transfer_table.h"
-#include "renderer/resident/aproned_layout.h"
 #include "renderer/resident/at_once.h"
+#include "renderer/resident/pages.h"
 #include "renderer/resident/upload.h"
 #include "shaders/kernel_interface.h"
 
@@ -73,6 +74,7 @@ class BlockMaking final : public Making {
     auto made = std::make_unique<ResidentBlocks>();
     made->records = upload_.take();
     made->voxels = std::move(voxels_);
+    if (made->voxels->pages != nullptr) made->voxels->pages->follow(made.get());
     return made;
   }
   std::uint64_t bytes() const override { return upload_.bytes(); }
@@ -128,6 +130,26 @@ std::unique_ptr<Making> makeBlocks(Device& device, const StoredVolume& volume,
 
 std::unique_ptr<Making> makeMasks(Device& device, std::shared_ptr<const ResidentVoxels> voxels) {
   return std::make_unique<MaskMaking>(device, std::move(voxels));
+}
+
+std::unique_ptr<Making> makeAncestors(Device& device, const Need& need, std::shared_ptr<const ResidentVoxels> voxels,
+                                      std::shared_ptr<const ResidentVoxels> coarse) {
+  return makeAtOnce([&device, need, voxels = std::move(voxels), coarse = std::move(coarse)] {
+    const std::vector<Block>& blocks = voxels->records->blocks;
+    const std::vector<Block>& covers = coarse->records->blocks;
+    const auto code = [](const Block& block) { return mortonCode(glm::uvec3(block.origin)); };
+    std::vector<std::uint32_t> ancestors(blocks.size(), gpu::kNone);
+    // Both are in Morton order, and so are the codes of what covers the blocks.
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < blocks.size(); ++i) {
+      const std::uint64_t wanted = code(blocks[i]) >> (3 * (need.coarse_level - need.level));
+      while (at < covers.size() && code(covers[at]) < wanted) ++at;
+      if (at < covers.size() && code(covers[at]) == wanted) ancestors[i] = static_cast<std::uint32_t>(at);
+    }
+    auto made = std::make_unique<ResidentAncestors>();
+    made->blocks = uploadVector(device, ancestors);
+    return made;
+  });
 }
 
 std::unique_ptr<Making> makeEmpty(Device& device, const StoredVolume& volume, const Need& need) {

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 
+#include "renderer/resident/pages.h"
 #include "renderer/vulkan/side_kernel.h"
 #include "shaders/kernel_interface.h"
 #include "visible_quarters.spv.h"
@@ -27,36 +28,23 @@ class VisibleQuarters::QuarterMaking final : public Making {
  public:
   QuarterMaking(VisibleQuarters& kernels, const Key& key, const Need& need,
                 std::shared_ptr<const ResidentBlocks> blocks, std::shared_ptr<const ResidentMasks> masks)
-      : kernels_(kernels),
-        key_(key),
-        range_(need.range),
-        blocks_(std::move(blocks)),
-        masks_(std::move(masks)),
-        made_(std::make_unique<ResidentQuarters>()) {
+      : kernels_(kernels), key_(key), made_(std::make_unique<ResidentQuarters>()) {
+    made_->range = need.range;
+    made_->blocks = std::move(blocks);
+    made_->masks = std::move(masks);
     made_->quarters =
-        Buffer(kernels.device_, std::uint64_t{masks_->count} * sizeof(std::uint64_t), BufferUse::resident);
+        Buffer(kernels.device_, std::uint64_t{made_->masks->count} * sizeof(std::uint64_t), BufferUse::resident);
   }
 
   std::unique_ptr<Resident> advance() override {
-    const auto blocks = static_cast<std::uint32_t>(blocks_->voxels->records->blocks.size());
-    const vk::raii::Pipeline& kernel = kernels_.pipeline(key_);
-    const gpu::VisibleQuartersPush push{.blocks = blocks_->records.address(),
-                                        .masks = masks_->records.address(),
-                                        .quarters = made_->quarters.address(),
-                                        .density_lo = range_.lo,
-                                        .density_hi = range_.hi,
-                                        .first_block = next_,
-                                        .block_count = blocks,
-                                        .subblock_count = masks_->count,
-                                        .padding = 0};
+    const auto blocks = static_cast<std::uint32_t>(made_->blocks->voxels->records->blocks.size());
     const std::uint32_t count = std::min(kBlocksASubmission, blocks - next_);
-    kernels_.device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-      commands.bindPipeline(vk::PipelineBindPoint::eCompute, *kernel);
-      commands.pushConstants<gpu::VisibleQuartersPush>(*kernels_.layout_, vk::ShaderStageFlagBits::eCompute, 0, push);
-      commands.dispatch(count, 1, 1);
-    });
+    const vk::raii::Pipeline& kernel = kernels_.pipeline(key_);
+    kernels_.device_.submitAndWait(
+        [&](const vk::raii::CommandBuffer& commands) { kernels_.record(commands, kernel, *made_, next_, count); });
     next_ += count;
     if (next_ < blocks) return nullptr;
+    if (PagedVoxels* const pages = made_->blocks->voxels->pages.get()) pages->follow(made_.get());
     return std::move(made_);
   }
   std::uint64_t bytes() const override { return made_ != nullptr ? made_->bytes() : 0; }
@@ -64,20 +52,51 @@ class VisibleQuarters::QuarterMaking final : public Making {
  private:
   VisibleQuarters& kernels_;
   Key key_;
-  StoredRange range_;
-  std::shared_ptr<const ResidentBlocks> blocks_;
-  std::shared_ptr<const ResidentMasks> masks_;
   std::unique_ptr<ResidentQuarters> made_;
   std::uint32_t next_ = 0;
 };
 
+void VisibleQuarters::record(const vk::raii::CommandBuffer& commands, const vk::raii::Pipeline& kernel,
+                             const ResidentQuarters& quarters, std::uint32_t first, std::uint32_t count) const {
+  const gpu::VisibleQuartersPush push{
+      .blocks = quarters.blocks->records.address(),
+      .masks = quarters.masks->records.address(),
+      .quarters = quarters.quarters.address(),
+      .density_lo = quarters.range.lo,
+      .density_hi = quarters.range.hi,
+      .first_block = first,
+      .block_count = static_cast<std::uint32_t>(quarters.blocks->voxels->records->blocks.size()),
+      .subblock_count = quarters.masks->count,
+      .padding = 0};
+  commands.bindPipeline(vk::PipelineBindPoint::eCompute, *kernel);
+  commands.pushConstants<gpu::VisibleQuartersPush>(*layout_, vk::ShaderStageFlagBits::eCompute, 0, push);
+  commands.dispatch(count, 1, 1);
+}
+
+void VisibleQuarters::refresh(const Need& need, const VolumeInfo& info, const ResidentQuarters& quarters,
+                              std::span<const std::uint32_t> blocks) {
+  if (blocks.empty()) return;
+  const vk::raii::Pipeline& kernel = pipeline(keyOf(need, info));
+  device_.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
+    for (std::size_t i = 0; i < blocks.size();) {
+      std::size_t end = i + 1;
+      while (end < blocks.size() && blocks[end] == blocks[i] + (end - i)) ++end;
+      record(commands, kernel, quarters, blocks[i], static_cast<std::uint32_t>(end - i));
+      i = end;
+    }
+  });
+}
+
+VisibleQuarters::Key VisibleQuarters::keyOf(const Need& need, const VolumeInfo& info) {
+  return {.voxel_type = static_cast<std::uint32_t>(info.type),
+          .subblock_side = static_cast<std::uint32_t>(info.subblock_side),
+          .apron = need.apron ? 1u : 0u};
+}
+
 std::unique_ptr<Making> VisibleQuarters::make(const StoredVolume& volume, const Need& need,
                                               std::shared_ptr<const ResidentBlocks> blocks,
                                               std::shared_ptr<const ResidentMasks> masks) {
-  const VolumeInfo& info = volume.file->info();
-  const Key key{.voxel_type = static_cast<std::uint32_t>(info.type),
-                .subblock_side = static_cast<std::uint32_t>(info.subblock_side),
-                .apron = need.apron ? 1u : 0u};
+  const Key key = keyOf(need, volume.file->info());
   return std::make_unique<QuarterMaking>(*this, key, need, std::move(blocks), std::move(masks));
 }
 

@@ -5,6 +5,7 @@
 #pragma once
 
 #include <map>
+#include <span>
 #include <vulkan/vulkan_raii.hpp>
 
 #include "renderer/resident/parts.h"
@@ -19,6 +20,9 @@ class VisibleQuarters {
   std::unique_ptr<Making> make(const StoredVolume& volume, const Need& need,
                                std::shared_ptr<const ResidentBlocks> blocks,
                                std::shared_ptr<const ResidentMasks> masks);
+  // Of paged voxels: those of these blocks, ascending, whose voxels have come since.
+  void refresh(const Need& need, const VolumeInfo& info, const ResidentQuarters& quarters,
+               std::span<const std::uint32_t> blocks);
 
  private:
   class QuarterMaking;
@@ -29,6 +33,9 @@ class VisibleQuarters {
     auto operator<=>(const Key&) const = default;
   };
   const vk::raii::Pipeline& pipeline(const Key& key);
+  void record(const vk::raii::CommandBuffer& commands, const vk::raii::Pipeline& kernel,
+              const ResidentQuarters& quarters, std::uint32_t first, std::uint32_t count) const;
+  static Key keyOf(const Need& need, const VolumeInfo& info);
 
   Device& device_;
   vk::raii::PipelineLayout layout_{nullptr};

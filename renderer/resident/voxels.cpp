@@ -3,8 +3,8 @@
 
 #include <algorithm>
 
+#include "renderer/plan/aproned_layout.h"
 #include "renderer/plan/density_scale.h"
-#include "renderer/resident/aproned_layout.h"
 #include "renderer/resident/host_work.h"
 #include "renderer/resident/parts.h"
 #include "renderer/resident/upload.h"
@@ -50,7 +50,7 @@ class VoxelMaking final : public Making {
       : device_(device),
         file_(volume.file),
         need_(need),
-        subblock_bytes_(need.apron ? apronedSubblockBytes(info()) : info().subblockVoxels() * voxelBytes(info().type)),
+        subblock_bytes_(deviceSubblockBytes(info(), need.apron)),
         chunk_bytes_(chunk_bytes),
         made_(std::make_unique<ResidentVoxels>()),
         opening_([file = file_, need] {

@@ -21,7 +21,7 @@ UseFlags flagsOf(BufferUse use) {
   const auto host = Memory::eHostVisible | Memory::eHostCoherent;
   switch (use) {
     case BufferUse::resident:
-      return {Usage::eStorageBuffer | Usage::eTransferDst, Memory::eDeviceLocal, {}};
+      return {Usage::eStorageBuffer | Usage::eTransferDst | Usage::eTransferSrc, Memory::eDeviceLocal, {}};
     case BufferUse::upload:
       return {Usage::eStorageBuffer | Usage::eTransferSrc, host, Memory::eDeviceLocal};
     case BufferUse::readback:

@@ -64,6 +64,7 @@ ImageOrder StreamView::order(const PaceStep& step, const VolumeInfo& info, std::
   small.samples = 1;
   order.frame.view = resolveView(small, info);
   order.frame.count = false;
+  order.frame.as_it_is = true;
   return order;
 }
 

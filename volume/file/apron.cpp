@@ -12,7 +12,7 @@
 namespace blockwalk {
 namespace {
 
-constexpr std::uint64_t kCacheBytes = std::uint64_t{256} << 20;
+constexpr std::uint64_t kBlocksAround = 27;
 
 // Calls run(T{}) with the type that a voxel is stored as; rgba8 as one word.
 template <typename Run>
@@ -63,13 +63,16 @@ void forEachStored(const Block& block, int block_side, Visit visit) {
 
 }  // namespace
 
-ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form)
+ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form, std::uint64_t cache_bytes)
     : file_(file),
       level_(level),
       channel_(channel),
       form_(form),
       source_(file.readLevel(level, channel, form)),
-      records_(file.readApronLevel(level, channel, form)) {
+      records_(file.readApronLevel(level, channel, form)),
+      cache_bytes_(cache_bytes) {
+  const auto side = static_cast<std::uint64_t>(file_.info().blockVoxels());
+  cache_bytes_ = std::max(cache_bytes_, kBlocksAround * side * side * side * voxelBytes(file_.info().type));
   source_.subblocks = {};
   for (std::size_t i = 0; i < source_.blocks.size(); ++i) {
     source_blocks_.emplace(mortonCode(glm::uvec3(source_.blocks[i].origin)), i);
@@ -98,7 +101,7 @@ const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
   const ChannelInfo& values = info.channels[static_cast<std::size_t>(channel_)];
   withVoxelType(info.type, [&](auto voxel) { settleEmpties<decltype(voxel)>(voxels, info.type, values); });
   cached_bytes_ += voxels.size();
-  while (cached_bytes_ > kCacheBytes && !ages_.empty()) {
+  while (cached_bytes_ > cache_bytes_ && !ages_.empty()) {
     const auto oldest = cache_.find(ages_.back());
     cached_bytes_ -= oldest->second.voxels.size();
     cache_.erase(oldest);
@@ -108,7 +111,7 @@ const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
   return cache_.emplace(block, CachedBlock{.voxels = std::move(voxels), .age = ages_.begin()}).first->second.voxels;
 }
 
-// Fills sources_ for a block. The cache holds the blocks around it together: at most 27 of 3.4 MiB.
+// Fills sources_ for a block. The cache holds the blocks around it together: at least 27.
 void ApronLevel::findSources(glm::ivec3 origin) {
   const VolumeInfo& info = file_.info();
   const int side = info.block_side + 2;

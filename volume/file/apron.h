@@ -22,10 +22,12 @@ namespace blockwalk {
 // Memory: the records and a bounded cache of blocks. `file` must outlive it. Throws what VolumeFile throws.
 class ApronLevel {
  public:
-  // Reads records only.
-  ApronLevel(const VolumeFile& file, int level, int channel, Form form = Form::values);
+  // Reads records only. The cache holds so many bytes, and what one block takes at least.
+  ApronLevel(const VolumeFile& file, int level, int channel, Form form = Form::values,
+             std::uint64_t cache_bytes = std::uint64_t{256} << 20);
   // Another channel of the same level.
-  ApronLevel(const ApronLevel& found, int channel) : ApronLevel(found.file_, found.level_, channel, found.form_) {}
+  ApronLevel(const ApronLevel& found, int channel)
+      : ApronLevel(found.file_, found.level_, channel, found.form_, found.cache_bytes_) {}
 
   // What VolumeFile::readApronLevel() says.
   const Level& records() const { return records_; }
@@ -56,6 +58,7 @@ class ApronLevel {
   Level records_;
   std::unordered_map<std::size_t, CachedBlock> cache_;  // by block
   std::list<std::size_t> ages_;                         // most recent first
+  std::uint64_t cache_bytes_;
   std::uint64_t cached_bytes_ = 0;
   // Voxels of each subblock of the block at hand and of those around them, x fastest; null where none are stored.
   std::vector<const std::byte*> sources_;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/resident/aproned_layout.h"
+#include "renderer/plan/aproned_layout.h"
 
 #include <algorithm>
 #include <array>

@@ -15,6 +15,11 @@ namespace blockwalk {
 // Bytes of a subblock with its apron on the device.
 std::uint64_t apronedSubblockBytes(const VolumeInfo& info);
 
+// Of one with or without it.
+inline std::uint64_t deviceSubblockBytes(const VolumeInfo& info, bool apron) {
+  return apron ? apronedSubblockBytes(info) : info.subblockVoxels() * voxelBytes(info.type);
+}
+
 // Whole subblocks, one after the other, from the layout of volume/file/apron.h to the kernel's.
 void layOutAproned(const VolumeInfo& info, std::span<const std::byte> subblocks, std::span<std::byte> out);
 

@@ -1,0 +1,14 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whether the voxels of a level are paged, and what stands in for those that are absent (docs/large.md).
+#pragma once
+
+#include "renderer/plan/plan.h"
+
+namespace blockwalk {
+
+// Sets the plan's coarser level and its key where the voxels that it draws take more than so many bytes, of all its
+// channels, on the device; 0: never. The level and form, channels and apron of the plan must stand. The coarser level
+// is the finest that takes an eighth of that at most.
+void choosePaging(const ResolvedView& view, const VolumeInfo& info, std::uint64_t page_above_bytes, Plan& plan);
+
+}  // namespace blockwalk

@@ -1,0 +1,137 @@
+// SPDX-License-Identifier: Apache-2.0
+// Voxels of a level that come and go block by block: a page is the voxels of one block in one channel, with its apron
+// where the filter needs one. What a block's record holds as the address of its voxels is 0 while they are absent.
+//
+//   kernel      a bit for each block that a ray came to
+//     | note()  the present ones were used now; the others are absent
+//   want()      in the order of the file
+//     |         read, given their aprons and laid out on a thread of the host's, some at a time
+//   advance()   memory, from the pool: what was used longest ago gives way
+//     |         the voxels, the address in the block's record, the quarters of every range that is resident
+//   kernel
+//
+// All belong to the thread that draws.
+#pragma once
+
+#include <list>
+#include <optional>
+#include <set>
+#include <utility>
+#include <vector>
+
+#include "renderer/resident/host_work.h"
+#include "renderer/resident/parts.h"
+#include "renderer/resident/visible_quarters.h"
+#include "volume/file/apron.h"
+
+namespace blockwalk {
+
+// What all paged voxels of a renderer share.
+class PagePool {
+ public:
+  struct Page {
+    PagedVoxels* owner = nullptr;
+    std::uint32_t block = 0;
+    std::uint64_t used = 0;  // the newest moment() at which a ray came to it
+    Buffer voxels;
+  };
+  using Pages = std::list<Page>;  // the one used last comes first
+
+  explicit PagePool(std::uint64_t most_bytes) : most_bytes_(most_bytes) {}
+
+  std::uint64_t mostBytes() const { return most_bytes_; }
+  std::uint64_t bytes() const { return bytes_; }
+  // Counts the times that frames look: pages used at a moment or later can be kept apart from older ones.
+  std::uint64_t moment() const { return moment_; }
+  std::uint64_t nextMoment() { return ++moment_; }
+
+  // What was used at this moment or later stays, until it is let go as often as it was held: a band is about to be
+  // drawn with it.
+  void hold(std::uint64_t moment) { held_.insert(moment); }
+  void letGo(std::uint64_t moment) { held_.erase(held_.find(moment)); }
+
+  // Lets go of pages that nobody holds, the one used longest ago first, until so many bytes more may be taken. False
+  // where that is not enough.
+  bool makeRoom(std::uint64_t bytes);
+  // The same, until so many bytes have come back; how many did.
+  std::uint64_t evict(std::uint64_t bytes);
+
+ private:
+  friend class PagedVoxels;
+  Pages::iterator add(Page page);
+  void remove(Pages::iterator page);
+
+  std::uint64_t most_bytes_;
+  std::uint64_t bytes_ = 0;
+  std::uint64_t moment_ = 0;
+  std::multiset<std::uint64_t> held_;
+  Pages pages_;
+};
+
+class PagedVoxels {
+ public:
+  // Of the blocks of `records`; `apron` is null where voxels have none. All but the shared ones outlive it.
+  PagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarters, const StoredVolume& volume, const Need& need,
+              std::shared_ptr<const Level> records, std::shared_ptr<ApronLevel> apron);
+  ~PagedVoxels();
+  PagedVoxels(const PagedVoxels&) = delete;
+  PagedVoxels& operator=(const PagedVoxels&) = delete;
+
+  std::uint64_t bytes() const { return bytes_; }
+  std::uint64_t arrived() const { return arrived_; }  // pages, so far
+  std::uint64_t blockCount() const { return records_->blocks.size(); }
+
+  // `bits` says block by block to which a ray came at `moment`. Those of them that are absent, ascending.
+  std::vector<std::uint32_t> note(std::span<const std::uint32_t> bits, std::uint64_t moment);
+  // What to bring in next, ascending, in place of what was wanted and has not begun.
+  void want(std::vector<std::uint32_t> blocks) { wanted_ = std::move(blocks); }
+  // One piece of that: true while there is more. Where there is no room beside what is held the rest is not wanted any
+  // more. `waits`: a little, for what is being read. Throws what reading the file throws.
+  bool advance(bool waits);
+
+  // Whether something was not brought in for want of room, since the last time that this was asked.
+  bool wasShort() { return std::exchange(is_short_, false); }
+
+  // The records of the blocks are kept right from now on; one at a time. And the quarters that may show something.
+  void follow(const ResidentBlocks* blocks);
+  void follow(const ResidentQuarters* quarters);
+  void leave(const ResidentBlocks* blocks) noexcept;
+  void leave(const ResidentQuarters* quarters) noexcept;
+
+ private:
+  friend class PagePool;
+  struct Batch {
+    std::vector<std::uint32_t> blocks;
+    std::vector<std::vector<std::byte>> voxels;  // of each, as they lie on the device
+  };
+  bool isPresent(std::uint32_t block) const { return present_[block].has_value(); }
+  std::uint64_t pageBytes(std::uint32_t block) const;
+  void startBatch();
+  bool bringIn(const Batch& batch);
+  void setAddress(std::uint32_t block, std::uint64_t address);
+  void drop(PagePool::Pages::iterator page);
+
+  Device& device_;
+  PagePool& pool_;
+  VisibleQuarters& quarter_kernels_;
+  std::shared_ptr<const VolumeFile> file_;
+  Need need_;
+  std::uint64_t subblock_bytes_;
+  int exponent_;
+  std::shared_ptr<const Level> records_;
+  std::shared_ptr<ApronLevel> apron_;
+  std::vector<std::optional<PagePool::Pages::iterator>> present_;  // by block
+  std::uint64_t bytes_ = 0;
+  std::uint64_t arrived_ = 0;
+  bool is_short_ = false;
+  std::vector<std::uint32_t> wanted_;
+  std::unique_ptr<HostWork<Batch>> batch_;
+  const ResidentBlocks* blocks_ = nullptr;
+  std::vector<const ResidentQuarters*> quarters_;
+};
+
+// Part::voxels of a need that is paged: none of them, at first.
+std::unique_ptr<Making> makePagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarters,
+                                        const StoredVolume& volume, const Need& need);
+
+}  // namespace blockwalk

@@ -1,0 +1,290 @@
+// SPDX-License-Identifier: Apache-2.0
+// Voxels that come and go: whatever the room for them, a picture that is waited for is that of all voxels, bit for bit;
+// and one that is not is nowhere empty where that is not.
+#include <gtest/gtest.h>
+
+#include "tests/renderer/stage.h"
+#include "tests/renderer/synthetic.h"
+#include "tests/renderer/views.h"
+
+namespace blockwalk::test {
+namespace {
+
+constexpr std::uint64_t kKib = 1024;
+
+class PagesTest : public RendererTest {
+ protected:
+  void TearDown() override {
+    volume_.reset();
+    renderer_.reset();
+    EXPECT_EQ(messages_, std::vector<std::string>{});
+    RendererTest::TearDown();
+  }
+
+  // `page_bytes` for the voxels of a level on the device.
+  void start(const std::filesystem::path& file, std::uint64_t page_bytes) {
+    volume_.reset();
+    DeviceOptions options;
+    options.validation = true;
+    options.page_bytes = page_bytes;
+    options.on_message = [this](const std::string& text) { messages_.push_back(text); };
+    renderer_ = createRenderer(options);
+    volume_ = renderer_->load(VolumeFile(file));
+  }
+
+  FrameOrder orderOf(const View& view) const { return {.view = resolveView(view, volume_->info())}; }
+
+  std::uint64_t bytesOf(std::string_view part) const {
+    for (const PartTotal& total : renderer_->parts()) {
+      if (total.what == part) return total.bytes;
+    }
+    return 0;
+  }
+
+  // Of a frame that waits for nothing.
+  Frame drawAsItIs(const View& view) {
+    FrameOrder order = orderOf(view);
+    order.as_it_is = true;
+    return renderer_->render(*volume_, std::move(order));
+  }
+
+  std::vector<std::string> messages_;
+  std::unique_ptr<Renderer> renderer_;
+  std::unique_ptr<ResidentVolume> volume_;
+};
+
+// So that a small picture's workgroup of rays does not need most of the volume.
+const BuildOptions kSmallBlocks{.block_side = 2};
+
+struct PagedCase {
+  const char* name;
+  SyntheticOptions volume;
+  std::uint64_t page_bytes;  // less than a level's voxels, more than the blocks along some rays
+};
+
+void PrintTo(const PagedCase& paged, std::ostream* out) { *out << paged.name; }
+
+class PagedTest : public PagesTest, public ::testing::WithParamInterface<PagedCase> {};
+
+// With general kernels: of special ones there would be as many as pictures.
+TEST_P(PagedTest, WhatIsWaitedForIsThatOfAllVoxels) {
+  Scene scene = makeScene(*makeSynthetic(GetParam().volume), kSmallBlocks);
+  start(scene.path, GetParam().page_bytes);
+  const bool tries_all = GetParam().volume.type == VoxelType::u8;
+  const std::vector<Combination> finders = tries_all ? everyFinder() : std::vector{Combination{.finder = Finder::grid}};
+  std::uint64_t read = 0;
+  std::size_t number = 0;
+  int whole = 0;
+  for (View view : randomViews(scene.info, scene.dense(0), 11)) {
+    view.filter = number % 3 == 0 ? Filter::nearest : Filter::linear;
+    view.lit = number % 5 == 0;
+    view.samples = number % 4 == 0 ? 3 : 1;
+    view = with(view, finders[number++ % finders.size()]);
+    SCOPED_TRACE(toString(view));
+    FrameOrder order = orderOf(view);
+    order.general = true;
+    const Frame expected = renderer().render(*scene.resident, order);
+    const Frame frame = renderer_->render(*volume_, order);
+    read += frame.stats.pages_read;
+    if (frame.stats.absent_blocks > 0) continue;  // from far away a few rays see more than there is room for
+    ++whole;
+    EXPECT_EQ(frame.pixels, expected.pixels);
+    EXPECT_EQ(frame.stats.voxel_steps, expected.stats.voxel_steps) << "what was drawn before does not count";
+  }
+  EXPECT_GE(whole, kViewCount / 2);
+  EXPECT_GT(read, scene.info.levels[0].block_count) << "pages gave way and came again";
+}
+
+TEST_F(PagesTest, EveryModeIsThatOfAllVoxels) {
+  Scene scene = makeScene(*makeSynthetic({.type = VoxelType::u8, .dims = {200, 190, 180}, .seed = 4}), kSmallBlocks);
+  start(scene.path, 4096 * kKib);
+  for (const Mode mode : {Mode::blend, Mode::first_hit, Mode::mip, Mode::mean, Mode::iso, Mode::blocks}) {
+    for (const Filter filter : {Filter::nearest, Filter::linear}) {
+      for (const Output output : {Output::color, Output::depth}) {
+        if (output == Output::depth && (mode == Mode::blocks || mode == Mode::mean)) continue;
+        View view;
+        view.width = view.height = 96;
+        view.level = 0;
+        view.mode = mode;
+        view.filter = filter;
+        view.output = output;
+        SCOPED_TRACE(toString(view));
+        FrameOrder order = orderOf(view);
+        order.general = true;
+        const Frame expected = renderer().render(*scene.resident, order);
+        const Frame frame = renderer_->render(*volume_, order);
+        EXPECT_EQ(frame.pixels, expected.pixels);
+        EXPECT_EQ(frame.values, expected.values);
+        EXPECT_EQ(frame.stats.absent_blocks, 0u);
+      }
+    }
+  }
+}
+
+TEST_P(PagedTest, TheRoomForVoxelsIsKept) {
+  const auto file = buildFile(*makeSynthetic(GetParam().volume), kSmallBlocks);
+  start(file, GetParam().page_bytes);
+  View view;
+  view.width = view.height = 40;
+  view.level = 0;
+  view.filter = Filter::linear;
+  const auto frame = renderer_->begin(*volume_, orderOf(view));
+  for (bool more = true; more;) {
+    more = frame->advance();
+    // The coarser level takes an eighth, or what the coarsest takes.
+    EXPECT_LE(bytesOf("voxels"), GetParam().page_bytes + std::max<std::uint64_t>(GetParam().page_bytes / 8, 512 * kKib));
+  }
+  EXPECT_EQ(frame->finish().stats.absent_blocks, 0u);
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Types, PagedTest,
+    ::testing::Values(
+        PagedCase{"u8", {.type = VoxelType::u8, .dims = {200, 190, 180}, .seed = 4}, 4096 * kKib},
+        PagedCase{"u16", {.type = VoxelType::u16, .dims = {110, 120, 130}, .seed = 5, .channels = 2}, 8192 * kKib},
+        PagedCase{"f32", {.type = VoxelType::f32, .dims = {120, 110, 100}, .seed = 6}, 6144 * kKib},
+        PagedCase{"rgba8", {.type = VoxelType::rgba8, .dims = {100, 120, 110}, .seed = 7}, 6144 * kKib}),
+    [](const auto& test) { return std::string(test.param.name); });
+
+// A solid ball of 200: coarser levels have no holes in it.
+class Ball final : public Source {
+ public:
+  explicit Ball(int side) : side_(side) {
+    info_.name = "ball";
+    info_.format = "test";
+    info_.type = VoxelType::u8;
+    info_.dims = glm::ivec3(side);
+    info_.random_access = true;
+  }
+  const SourceInfo& info() const override { return info_; }
+  void readRows(int z, int y, int count, std::span<std::byte> out) override {
+    for (int row = 0; row < count; ++row) {
+      for (int x = 0; x < side_; ++x) {
+        const glm::dvec3 place = glm::dvec3(x, y + row, z) + 0.5 - side_ / 2.0;
+        out[static_cast<std::size_t>(row * side_ + x)] = std::byte(glm::length(place) < 0.45 * side_ ? 200 : 0);
+      }
+    }
+  }
+
+ private:
+  int side_;
+  SourceInfo info_;
+};
+
+std::unique_ptr<Source> ball(int side) { return std::make_unique<Ball>(side); }
+
+TEST_F(PagesTest, WhatIsNotWaitedForIsCoarserThereAndNowhereEmpty) {
+  Scene scene = makeScene(*ball(200), kSmallBlocks);
+  start(scene.path, 1024 * kKib);
+  View view;
+  view.width = view.height = 64;
+  view.level = 0;
+  view.channels[0].transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0}, {.value = 255, .color = {1, 1, 1}, .opacity = 0.5}};
+  for (const Filter filter : {Filter::nearest, Filter::linear}) {
+    view.filter = filter;
+    SCOPED_TRACE(toString(view));
+    const Frame complete = renderer().render(*scene.resident, view);
+    const Frame first = drawAsItIs(view);
+    EXPECT_GT(first.stats.absent_blocks, 0u);
+    std::size_t shown = 0;
+    for (std::size_t i = 0; i < complete.pixels.size(); ++i) {
+      if ((complete.pixels[i] & 0xffffff) == 0) continue;
+      ++shown;
+      EXPECT_NE(first.pixels[i] & 0xffffff, 0u) << i;
+    }
+    EXPECT_GT(shown, 500u);
+  }
+}
+
+TEST_F(PagesTest, WhatIsNotWaitedForComesMeanwhile) {
+  Scene scene = makeScene(*ball(120), kSmallBlocks);
+  start(scene.path, 640 * kKib);  // all of it takes more; what is seen of its surface fits
+  View view;
+  view.width = view.height = 64;
+  view.level = 0;
+  view.channels[0].transfer = {{.value = 100, .color = {1, 1, 1}, .opacity = 1}};
+  const Frame complete = renderer().render(*scene.resident, view);
+  Frame frame = drawAsItIs(view);
+  EXPECT_GT(frame.stats.absent_blocks, 0u);
+  for (int i = 0; i < 10000 && frame.stats.absent_blocks > 0; ++i) frame = drawAsItIs(view);
+  EXPECT_EQ(frame.stats.absent_blocks, 0u);
+  EXPECT_EQ(frame.pixels, complete.pixels);
+}
+
+TEST_F(PagesTest, RefinementInStepsIsThatOfAllVoxels) {
+  Scene scene = makeScene(*ball(150), kSmallBlocks);
+  start(scene.path, 1024 * kKib);
+  View view;
+  view.width = view.height = 48;
+  view.level = 0;
+  view.samples = 7;
+  const Frame expected = renderer().render(*scene.resident, view);
+  Frame frame;
+  for (const auto& [begin, end] : {std::pair(0, 1), {1, 2}, {2, 4}, {4, 7}}) {
+    FrameOrder order = orderOf(view);
+    order.step = SampleStep{.owner = 3, .begin = begin, .end = end};
+    frame = renderer_->render(*volume_, std::move(order));
+    EXPECT_EQ(frame.samples_drawn, end - begin);
+  }
+  EXPECT_EQ(frame.pixels, expected.pixels);
+}
+
+// Where not even the blocks along some rays fit the picture is coarser there, and that is said.
+TEST_F(PagesTest, WithTooLittleRoomThePictureEndsAndSaysSo) {
+  Scene scene = makeScene(*ball(200), kSmallBlocks);
+  start(scene.path, 64 * kKib);
+  View view;
+  view.width = view.height = 40;
+  view.level = 0;
+  view.filter = Filter::linear;
+  const Frame frame = renderer_->render(*volume_, view);
+  EXPECT_GT(frame.stats.absent_blocks, 0u);
+  EXPECT_FALSE(frame.cancelled);
+  EXPECT_EQ(frame.pixels.size(), 1600u);
+}
+
+// Bands by turns, at two places of one pool.
+TEST_F(PagesTest, TwoWhoLookAtOnceBothGetAllVoxels) {
+  Scene scene = makeScene(*makeSynthetic({.type = VoxelType::u8, .dims = {200, 190, 180}, .seed = 4}), kSmallBlocks);
+  start(scene.path, 4096 * kKib);
+  View near, far;
+  near.width = near.height = far.width = far.height = 48;
+  near.level = far.level = 0;
+  near.filter = Filter::linear;
+  near.eye = glm::dvec3(75, 70, 400);
+  near.target = glm::dvec3(75, 70, 0);
+  far.eye = glm::dvec3(-300, 70, 65);
+  far.target = glm::dvec3(75, 70, 65);
+  const Frame expected_near = renderer().render(*scene.resident, near);
+  const Frame expected_far = renderer().render(*scene.resident, far);
+  const auto one = renderer_->begin(*volume_, orderOf(near));
+  const auto other = renderer_->begin(*volume_, orderOf(far));
+  for (bool more_of_one = true, more_of_other = true; more_of_one || more_of_other;) {
+    if (more_of_one) more_of_one = one->advance();
+    if (more_of_other) more_of_other = other->advance();
+  }
+  const Frame first = one->finish();
+  const Frame second = other->finish();
+  EXPECT_EQ(first.stats.absent_blocks, 0u);
+  EXPECT_EQ(second.stats.absent_blocks, 0u);
+  EXPECT_EQ(first.pixels, expected_near.pixels);
+  EXPECT_EQ(second.pixels, expected_far.pixels);
+}
+
+TEST_F(PagesTest, AFrameThatIsGivenUpHoldsNothing) {
+  const auto file = buildFile(*ball(150), kSmallBlocks);
+  start(file, 1024 * kKib);
+  View view;
+  view.width = view.height = 48;
+  view.level = 0;
+  for (int pieces = 1; pieces < 12; ++pieces) {
+    const auto frame = renderer_->begin(*volume_, orderOf(view));
+    for (int i = 0; i < pieces && frame->advance(); ++i) {
+    }
+  }
+  const Frame whole = renderer_->render(*volume_, view);
+  EXPECT_EQ(whole.stats.absent_blocks, 0u);
+}
+
+}  // namespace
+}  // namespace blockwalk::test
