@@ -132,7 +132,8 @@ TEST_P(PagedTest, TheRoomForVoxelsIsKept) {
   for (bool more = true; more;) {
     more = frame->advance();
     // The coarser level takes an eighth, or what the coarsest takes.
-    EXPECT_LE(bytesOf("voxels"), GetParam().page_bytes + std::max<std::uint64_t>(GetParam().page_bytes / 8, 512 * kKib));
+    EXPECT_LE(bytesOf("voxels"),
+              GetParam().page_bytes + std::max<std::uint64_t>(GetParam().page_bytes / 8, 512 * kKib));
   }
   EXPECT_EQ(frame->finish().stats.absent_blocks, 0u);
 }
@@ -179,7 +180,8 @@ TEST_F(PagesTest, WhatIsNotWaitedForIsCoarserThereAndNowhereEmpty) {
   View view;
   view.width = view.height = 64;
   view.level = 0;
-  view.channels[0].transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0}, {.value = 255, .color = {1, 1, 1}, .opacity = 0.5}};
+  view.channels[0].transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0},
+                               {.value = 255, .color = {1, 1, 1}, .opacity = 0.5}};
   for (const Filter filter : {Filter::nearest, Filter::linear}) {
     view.filter = filter;
     SCOPED_TRACE(toString(view));

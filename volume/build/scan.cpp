@@ -175,12 +175,13 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
                 const std::filesystem::path& folder, Workers& workers) {
   const std::size_t slot_bytes =
       static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type) * info.channels.size();
+  auto spill = std::make_unique<Spill>(folder, slot_bytes, budget.spill_bytes, budget.stream_bytes);
   Scan scan{.thresholds = {},
             .statistics = {},
             .guesses = {},
             .conversions = {},
             .records = RecordSorter(folder, budget.sort_bytes),
-            .spill = std::make_unique<Spill>(folder, slot_bytes, budget.spill_bytes, budget.stream_bytes),
+            .spill = std::move(spill),
             .constants = TempBytes(folder, budget.stream_bytes)};
   for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
     const std::optional<float> threshold = thresholdBeforeReading(source.info(), channel, options);

@@ -14,9 +14,9 @@ namespace {
 void takePages(std::span<std::byte> bytes) {
 #ifdef MADV_POPULATE_WRITE
   constexpr std::uintptr_t kPage = 4096;
-  const auto begin = reinterpret_cast<std::uintptr_t>(bytes.data()) / kPage * kPage;
-  const auto end = reinterpret_cast<std::uintptr_t>(bytes.data() + bytes.size());
-  if (!bytes.empty()) ::madvise(reinterpret_cast<void*>(begin), end - begin, MADV_POPULATE_WRITE);
+  // The memory that it is a part of begins at a page.
+  const std::uintptr_t before = reinterpret_cast<std::uintptr_t>(bytes.data()) % kPage;
+  if (!bytes.empty()) ::madvise(bytes.data() - before, bytes.size() + before, MADV_POPULATE_WRITE);
 #endif
 }
 
