@@ -33,9 +33,11 @@ nlohmann::json statsJson(const RenderStats& stats) {
                          {"level", stats.level},
                          {"kernel", stats.kernel},
                          {"loop_bound_hits", stats.loop_bound_hits},
-                         {"absent_blocks", stats.absent_blocks},
-                         {"pages_read", stats.pages_read},
                          {"non_finite", stats.non_finite}};
+  if (stats.pages_read > 0 || stats.absent_blocks > 0) {  // voxels came and went
+    json["pages_read"] = stats.pages_read;
+    json["absent_blocks"] = stats.absent_blocks;
+  }
   if (stats.finder_build.macrocells > 0) json["finder_build"] = buildJson(stats.finder_build);
   return json;
 }
