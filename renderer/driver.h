@@ -20,8 +20,7 @@ std::filesystem::path cacheFolder();
 
 // Sets, where the user has not:
 // - LP_NATIVE_VECTOR_WIDTH to 512 where the processor has AVX-512 and is faster with it, which is measured once and
-// kept
-//   in the cache folder (renderer/vulkan/vector_width.h);
+//   kept in the cache folder (renderer/vulkan/vector_width.h);
 // - LP_NUM_THREADS to the processors that the control group may use, where those are fewer than the process may run on:
 //   of more threads than that each waits for the others' quota;
 // - MESA_SHADER_CACHE_MAX_SIZE, so that the cache stays small.

@@ -22,26 +22,19 @@ void copySums(Device& device, const Buffer& from, std::uint64_t from_at, const B
 void PlannedFrame::beginPaged(const Band& band) {
   std::ranges::fill(buffers_.wanted.mappedAs<std::uint32_t>(), 0u);
   moment_ = tools_.pages.nextMoment();
-  if (band.sample_begin != sample_begin_) return;
-  // The band may be drawn again: what it adds to is kept as it was.
-  if (draws_again_) return;  // it is
+  // The band may be drawn again: what it adds to is kept as it was before it was drawn first.
+  if (band.sample_begin != sample_begin_ || draws_again_) return;
   counters_before_ = buffers_.counters.mappedAs<gpu::GpuCounters>()[0];
-  if (sample_begin_ > 0) copySums(tools_.device, kept_->sums, sumsAt(band), buffers_.kept_sums, 0, sumBytes(band));
-}
-
-// Where the sums of the band's rows are among those of the picture, and how many they are.
-std::uint64_t PlannedFrame::sumsAt(const Band& band) const {
-  return static_cast<std::uint64_t>(frame_.width) * static_cast<std::uint64_t>(band.row_begin) * kSumBytes;
-}
-std::uint64_t PlannedFrame::sumBytes(const Band& band) const {
-  return static_cast<std::uint64_t>(frame_.width) * static_cast<std::uint64_t>(band.row_count) * kSumBytes;
+  if (sample_begin_ > 0)
+    copySums(tools_.device, kept_->sums, sumBytes(band.row_begin), buffers_.kept_sums, 0, sumBytes(band.row_count));
 }
 
 // Nothing of the band counts, and it comes again from its first sample on.
 void PlannedFrame::undoBand() {
   const Band band = cutter_->next();
   buffers_.counters.mappedAs<gpu::GpuCounters>()[0] = counters_before_;
-  if (sample_begin_ > 0) copySums(tools_.device, buffers_.kept_sums, 0, kept_->sums, sumsAt(band), sumBytes(band));
+  if (sample_begin_ > 0)
+    copySums(tools_.device, buffers_.kept_sums, 0, kept_->sums, sumBytes(band.row_begin), sumBytes(band.row_count));
   cutter_->again();
 }
 

@@ -233,8 +233,7 @@ void PlannedFrame::drawOne() {
   const Band band = cutter_->next();
   if (kept_ != nullptr) {
     // The kernel counts pixels from the band's first. No dispatch is under way that reads this.
-    const std::uint64_t first = static_cast<std::uint64_t>(frame_.width) * static_cast<std::uint64_t>(band.row_begin);
-    buffers_.params.mappedAs<gpu::FrameParams>()[0].sums = kept_->sums.address() + first * kSumBytes;
+    buffers_.params.mappedAs<gpu::FrameParams>()[0].sums = kept_->sums.address() + sumBytes(band.row_begin);
   }
   const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
   if (!paged_.empty()) beginPaged(band);

@@ -72,8 +72,10 @@ class PlannedFrame {
   bool lacksPages();
   bool bringPages();
   void undoBand();
-  std::uint64_t sumsAt(const Band& band) const;
-  std::uint64_t sumBytes(const Band& band) const;
+  // Of so many rows of the picture.
+  std::uint64_t sumBytes(int rows) const {
+    return static_cast<std::uint64_t>(frame_.width) * static_cast<std::uint64_t>(rows) * kSumBytes;
+  }
   bool bringInSome(PagedVoxels& voxels, bool waits);
   void holdPages(std::optional<std::uint64_t> moment);
   void finish();

@@ -21,15 +21,6 @@ std::size_t rowWords(const VolumeInfo& info) { return (rowVoxels(info) - 1 + kWo
 
 bool hasWords(const VolumeInfo& info) { return info.type == VoxelType::u8 || info.type == VoxelType::u16; }
 
-}  // namespace
-
-std::uint64_t apronedSubblockBytes(const VolumeInfo& info) {
-  const std::size_t rows = rowVoxels(info) * rowVoxels(info);
-  return rows * (hasWords(info) ? kWordVoxels * rowWords(info) : rowVoxels(info)) * voxelBytes(info.type);
-}
-
-namespace {
-
 // Rows of `side` + 2 voxels.
 template <typename T, std::size_t side>
 void layOutRows(std::span<const std::byte> subblocks, std::span<std::byte> out) {
@@ -61,13 +52,18 @@ void layOut(int side, std::span<const std::byte> subblocks, std::span<std::byte>
 
 }  // namespace
 
+std::uint64_t apronedSubblockBytes(const VolumeInfo& info) {
+  const std::size_t rows = rowVoxels(info) * rowVoxels(info);
+  return rows * (hasWords(info) ? kWordVoxels * rowWords(info) : rowVoxels(info)) * voxelBytes(info.type);
+}
+
 void layOutAproned(const VolumeInfo& info, std::span<const std::byte> subblocks, std::span<std::byte> out) {
-  if (info.type == VoxelType::u8) {
-    layOut<std::uint8_t>(info.subblock_side, subblocks, out);
-  } else if (info.type == VoxelType::u16) {
-    layOut<std::uint16_t>(info.subblock_side, subblocks, out);
-  } else {
+  if (!hasWords(info)) {
     std::ranges::copy(subblocks, out.begin());
+  } else if (info.type == VoxelType::u8) {
+    layOut<std::uint8_t>(info.subblock_side, subblocks, out);
+  } else {
+    layOut<std::uint16_t>(info.subblock_side, subblocks, out);
   }
 }
 

@@ -4,9 +4,8 @@
 #include <algorithm>
 #include <bit>
 #include <cstddef>
+#include <utility>
 
-#include "renderer/plan/aproned_layout.h"
-#include "renderer/plan/density_scale.h"
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
@@ -44,44 +43,20 @@ void PagePool::remove(Pages::iterator page) {
   pages_.erase(page);
 }
 
-ResidentVoxels::ResidentVoxels() = default;
-ResidentVoxels::~ResidentVoxels() = default;
-
-std::uint64_t ResidentVoxels::bytes() const {
-  std::uint64_t sum = pages != nullptr ? pages->bytes() : 0;
-  for (const Buffer& chunk : chunks) sum += chunk.bytes();
-  return sum;
-}
-
-ResidentBlocks::~ResidentBlocks() {
-  if (voxels != nullptr && voxels->pages != nullptr) voxels->pages->leave(this);
-}
-
-ResidentQuarters::~ResidentQuarters() {
-  if (blocks != nullptr && blocks->voxels->pages != nullptr) blocks->voxels->pages->leave(this);
-}
-
 PagedVoxels::PagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarters, const StoredVolume& volume,
-                         const Need& need, std::shared_ptr<const Level> records, std::shared_ptr<ApronLevel> apron)
+                         const Need& need, std::shared_ptr<BlockReader> reader)
     : device_(device),
       pool_(pool),
       quarter_kernels_(quarters),
       file_(volume.file),
       need_(need),
-      subblock_bytes_(deviceSubblockBytes(volume.file->info(), need.apron)),
-      exponent_(densityExponent(volume.file->info(), static_cast<std::size_t>(need.channel))),
-      records_(std::move(records)),
-      apron_(std::move(apron)),
-      present_(records_->blocks.size()) {}
+      reader_(std::move(reader)),
+      present_(reader_->records()->blocks.size()) {}
 
 PagedVoxels::~PagedVoxels() {
   for (const auto& page : present_) {
     if (page) pool_.remove(*page);
   }
-}
-
-std::uint64_t PagedVoxels::pageBytes(std::uint32_t block) const {
-  return records_->blocks[block].subblock_count * subblock_bytes_;
 }
 
 std::vector<std::uint32_t> PagedVoxels::note(std::span<const std::uint32_t> bits, std::uint64_t moment) {
@@ -118,26 +93,14 @@ bool PagedVoxels::advance(bool waits) {
 void PagedVoxels::startBatch() {
   std::uint64_t bytes = 0;
   std::size_t count = 0;
-  while (count < wanted_.size() && (count == 0 || bytes < kBatchBytes)) bytes += pageBytes(wanted_[count++]);
+  while (count < wanted_.size() && (count == 0 || bytes < kBatchBytes)) bytes += reader_->blockBytes(wanted_[count++]);
   std::vector<std::uint32_t> blocks(wanted_.begin(), wanted_.begin() + static_cast<std::ptrdiff_t>(count));
   wanted_.erase(wanted_.begin(), wanted_.begin() + static_cast<std::ptrdiff_t>(count));
   // Of the host and of what it shares alone: it may go on when this has ended.
-  batch_ = std::make_unique<HostWork<Batch>>([file = file_, need = need_, records = records_, apron = apron_,
-                                              blocks = std::move(blocks), subblock_bytes = subblock_bytes_,
-                                              exponent = exponent_] {
+  batch_ = std::make_unique<HostWork<Batch>>([reader = reader_, blocks = std::move(blocks)] {
     Batch batch{.blocks = blocks, .voxels = {}};
-    std::vector<std::byte> plain;
     for (const std::uint32_t block : blocks) {
-      const Block& record = records->blocks[block];
-      std::vector<std::byte>& voxels = batch.voxels.emplace_back(record.subblock_count * subblock_bytes);
-      if (apron != nullptr) {
-        plain.resize(record.subblock_count * apron->subblockBytes());
-        apron->readBlock(block, plain);
-        layOutAproned(file->info(), plain, voxels);
-      } else {
-        file->readVoxels(need.level, need.channel, record.first_subblock, record.subblock_count, voxels, need.form);
-      }
-      toDevice(voxels, exponent);
+      reader->read(block, 1, batch.voxels.emplace_back(reader->blockBytes(block)));
     }
     return batch;
   });
@@ -220,40 +183,26 @@ class PagedMaking final : public Making {
         quarters_(quarters),
         volume_(volume),
         need_(need),
-        opening_([file = volume.file, need] {
-          Opened opened;
-          if (need.apron) {
-            opened.apron = std::make_shared<ApronLevel>(*file, need.level, need.channel, need.form, kCacheBytes);
-            opened.records = std::make_shared<const Level>(opened.apron->records());
-          } else {
-            opened.records = std::make_shared<const Level>(file->readLevel(need.level, need.channel, need.form));
-          }
-          return opened;
-        }) {}
+        opening_([file = volume.file, need] { return std::make_shared<BlockReader>(file, need, kCacheBytes); }) {}
 
   std::unique_ptr<Resident> advance() override {
     if (!opening_.isReady()) return nullptr;
-    Opened opened = opening_.take();
+    std::shared_ptr<BlockReader> reader = opening_.take();
     auto made = std::make_unique<ResidentVoxels>();
-    made->block_addresses.resize(opened.records->blocks.size());
-    made->records = opened.records;
-    made->exponent = densityExponent(volume_.file->info(), static_cast<std::size_t>(need_.channel));
-    made->pages = std::make_unique<PagedVoxels>(device_, pool_, quarters_, volume_, need_, std::move(opened.records),
-                                                std::move(opened.apron));
+    made->block_addresses.resize(reader->records()->blocks.size());
+    made->records = reader->records();
+    made->exponent = reader->exponent();
+    made->pages = std::make_unique<PagedVoxels>(device_, pool_, quarters_, volume_, need_, std::move(reader));
     return made;
   }
 
  private:
-  struct Opened {
-    std::shared_ptr<const Level> records;
-    std::shared_ptr<ApronLevel> apron;
-  };
   Device& device_;
   PagePool& pool_;
   VisibleQuarters& quarters_;
   StoredVolume volume_;
   Need need_;
-  HostWork<Opened> opening_;
+  HostWork<std::shared_ptr<BlockReader>> opening_;
 };
 
 }  // namespace

@@ -19,10 +19,10 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/resident/block_reader.h"
 #include "renderer/resident/host_work.h"
 #include "renderer/resident/parts.h"
 #include "renderer/resident/visible_quarters.h"
-#include "volume/file/apron.h"
 
 namespace blockwalk {
 
@@ -70,16 +70,16 @@ class PagePool {
 
 class PagedVoxels {
  public:
-  // Of the blocks of `records`; `apron` is null where voxels have none. All but the shared ones outlive it.
+  // Device, pool and quarters outlive it.
   PagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarters, const StoredVolume& volume, const Need& need,
-              std::shared_ptr<const Level> records, std::shared_ptr<ApronLevel> apron);
+              std::shared_ptr<BlockReader> reader);
   ~PagedVoxels();
   PagedVoxels(const PagedVoxels&) = delete;
   PagedVoxels& operator=(const PagedVoxels&) = delete;
 
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t arrived() const { return arrived_; }  // pages, so far
-  std::uint64_t blockCount() const { return records_->blocks.size(); }
+  std::uint64_t blockCount() const { return present_.size(); }
 
   // `bits` says block by block to which a ray came at `moment`. Those of them that are absent, ascending.
   std::vector<std::uint32_t> note(std::span<const std::uint32_t> bits, std::uint64_t moment);
@@ -105,7 +105,6 @@ class PagedVoxels {
     std::vector<std::vector<std::byte>> voxels;  // of each, as they lie on the device
   };
   bool isPresent(std::uint32_t block) const { return present_[block].has_value(); }
-  std::uint64_t pageBytes(std::uint32_t block) const;
   void startBatch();
   bool bringIn(const Batch& batch);
   void setAddress(std::uint32_t block, std::uint64_t address);
@@ -116,10 +115,7 @@ class PagedVoxels {
   VisibleQuarters& quarter_kernels_;
   std::shared_ptr<const VolumeFile> file_;
   Need need_;
-  std::uint64_t subblock_bytes_;
-  int exponent_;
-  std::shared_ptr<const Level> records_;
-  std::shared_ptr<ApronLevel> apron_;
+  std::shared_ptr<BlockReader> reader_;                            // of the batch, while there is one
   std::vector<std::optional<PagePool::Pages::iterator>> present_;  // by block
   std::uint64_t bytes_ = 0;
   std::uint64_t arrived_ = 0;

@@ -12,26 +12,13 @@
 namespace blockwalk::test {
 namespace {
 
-class BudgetTest : public RendererTest {
+class BudgetTest : public OwnRendererTest {
  protected:
-  void TearDown() override {
-    volume_.reset();
-    renderer_.reset();
-    EXPECT_EQ(messages_, std::vector<std::string>{});
-    RendererTest::TearDown();
-  }
-
   void start(const std::filesystem::path& file, std::uint64_t budget, bool probes = false) {
-    volume_.reset();
     DeviceOptions options;
-    options.validation = true;
     options.memory_budget_bytes = budget;
     options.probe_software = probes;
-    options.on_message = [this](const std::string& text) {
-      (text.starts_with("finder auto") ? notes_ : messages_).push_back(text);
-    };
-    renderer_ = createRenderer(options);
-    volume_ = renderer_->load(VolumeFile(file));
+    OwnRendererTest::start(file, options);
   }
 
   std::uint64_t used() const { return renderer_->device().memory_used_bytes; }
@@ -51,11 +38,6 @@ class BudgetTest : public RendererTest {
     for (const PartTotal& total : renderer_->parts()) counts[total.what] = total.made;
     return counts;
   }
-
-  std::vector<std::string> messages_;
-  std::vector<std::string> notes_;
-  std::unique_ptr<Renderer> renderer_;
-  std::unique_ptr<ResidentVolume> volume_;
 };
 
 TEST_F(BudgetTest, ManyWhoLookDoNotDriveOutEachOthersParts) {

@@ -12,27 +12,14 @@ namespace {
 
 constexpr std::uint64_t kKib = 1024;
 
-class PagesTest : public RendererTest {
+class PagesTest : public OwnRendererTest {
  protected:
-  void TearDown() override {
-    volume_.reset();
-    renderer_.reset();
-    EXPECT_EQ(messages_, std::vector<std::string>{});
-    RendererTest::TearDown();
-  }
-
   // `page_bytes` for the voxels of a level on the device.
   void start(const std::filesystem::path& file, std::uint64_t page_bytes) {
-    volume_.reset();
     DeviceOptions options;
-    options.validation = true;
     options.page_bytes = page_bytes;
-    options.on_message = [this](const std::string& text) { messages_.push_back(text); };
-    renderer_ = createRenderer(options);
-    volume_ = renderer_->load(VolumeFile(file));
+    OwnRendererTest::start(file, options);
   }
-
-  FrameOrder orderOf(const View& view) const { return {.view = resolveView(view, volume_->info())}; }
 
   std::uint64_t bytesOf(std::string_view part) const {
     for (const PartTotal& total : renderer_->parts()) {
@@ -48,9 +35,13 @@ class PagesTest : public RendererTest {
     return renderer_->render(*volume_, std::move(order));
   }
 
-  std::vector<std::string> messages_;
-  std::unique_ptr<Renderer> renderer_;
-  std::unique_ptr<ResidentVolume> volume_;
+  // Of the finest level.
+  static View finest(int side) {
+    View view;
+    view.width = view.height = side;
+    view.level = 0;
+    return view;
+  }
 };
 
 // So that a small picture's workgroup of rays does not need most of the volume.
@@ -102,9 +93,7 @@ TEST_F(PagesTest, EveryModeIsThatOfAllVoxels) {
     for (const Filter filter : {Filter::nearest, Filter::linear}) {
       for (const Output output : {Output::color, Output::depth}) {
         if (output == Output::depth && (mode == Mode::blocks || mode == Mode::mean)) continue;
-        View view;
-        view.width = view.height = 96;
-        view.level = 0;
+        View view = finest(96);
         view.mode = mode;
         view.filter = filter;
         view.output = output;
@@ -124,9 +113,7 @@ TEST_F(PagesTest, EveryModeIsThatOfAllVoxels) {
 TEST_P(PagedTest, TheRoomForVoxelsIsKept) {
   const auto file = buildFile(*makeSynthetic(GetParam().volume), kSmallBlocks);
   start(file, GetParam().page_bytes);
-  View view;
-  view.width = view.height = 40;
-  view.level = 0;
+  View view = finest(40);
   view.filter = Filter::linear;
   const auto frame = renderer_->begin(*volume_, orderOf(view));
   for (bool more = true; more;) {
@@ -177,9 +164,7 @@ std::unique_ptr<Source> ball(int side) { return std::make_unique<Ball>(side); }
 TEST_F(PagesTest, WhatIsNotWaitedForIsCoarserThereAndNowhereEmpty) {
   Scene scene = makeScene(*ball(200), kSmallBlocks);
   start(scene.path, 1024 * kKib);
-  View view;
-  view.width = view.height = 64;
-  view.level = 0;
+  View view = finest(64);
   view.channels[0].transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0},
                                {.value = 255, .color = {1, 1, 1}, .opacity = 0.5}};
   for (const Filter filter : {Filter::nearest, Filter::linear}) {
@@ -201,9 +186,7 @@ TEST_F(PagesTest, WhatIsNotWaitedForIsCoarserThereAndNowhereEmpty) {
 TEST_F(PagesTest, WhatIsNotWaitedForComesMeanwhile) {
   Scene scene = makeScene(*ball(120), kSmallBlocks);
   start(scene.path, 640 * kKib);  // all of it takes more; what is seen of its surface fits
-  View view;
-  view.width = view.height = 64;
-  view.level = 0;
+  View view = finest(64);
   view.channels[0].transfer = {{.value = 100, .color = {1, 1, 1}, .opacity = 1}};
   const Frame complete = renderer().render(*scene.resident, view);
   Frame frame = drawAsItIs(view);
@@ -216,9 +199,7 @@ TEST_F(PagesTest, WhatIsNotWaitedForComesMeanwhile) {
 TEST_F(PagesTest, RefinementInStepsIsThatOfAllVoxels) {
   Scene scene = makeScene(*ball(150), kSmallBlocks);
   start(scene.path, 1024 * kKib);
-  View view;
-  view.width = view.height = 48;
-  view.level = 0;
+  View view = finest(48);
   view.samples = 7;
   const Frame expected = renderer().render(*scene.resident, view);
   Frame frame;
@@ -235,9 +216,7 @@ TEST_F(PagesTest, RefinementInStepsIsThatOfAllVoxels) {
 TEST_F(PagesTest, WithTooLittleRoomThePictureEndsAndSaysSo) {
   Scene scene = makeScene(*ball(200), kSmallBlocks);
   start(scene.path, 64 * kKib);
-  View view;
-  view.width = view.height = 40;
-  view.level = 0;
+  View view = finest(40);
   view.filter = Filter::linear;
   const Frame frame = renderer_->render(*volume_, view);
   EXPECT_GT(frame.stats.absent_blocks, 0u);
@@ -249,9 +228,8 @@ TEST_F(PagesTest, WithTooLittleRoomThePictureEndsAndSaysSo) {
 TEST_F(PagesTest, TwoWhoLookAtOnceBothGetAllVoxels) {
   Scene scene = makeScene(*makeSynthetic({.type = VoxelType::u8, .dims = {200, 190, 180}, .seed = 4}), kSmallBlocks);
   start(scene.path, 4096 * kKib);
-  View near, far;
-  near.width = near.height = far.width = far.height = 48;
-  near.level = far.level = 0;
+  View near = finest(48);
+  View far = finest(48);
   near.filter = Filter::linear;
   near.eye = glm::dvec3(75, 70, 400);
   near.target = glm::dvec3(75, 70, 0);
@@ -276,9 +254,7 @@ TEST_F(PagesTest, TwoWhoLookAtOnceBothGetAllVoxels) {
 TEST_F(PagesTest, AFrameThatIsGivenUpHoldsNothing) {
   const auto file = buildFile(*ball(150), kSmallBlocks);
   start(file, 1024 * kKib);
-  View view;
-  view.width = view.height = 48;
-  view.level = 0;
+  View view = finest(48);
   for (int pieces = 1; pieces < 12; ++pieces) {
     const auto frame = renderer_->begin(*volume_, orderOf(view));
     for (int i = 0; i < pieces && frame->advance(); ++i) {

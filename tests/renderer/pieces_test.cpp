@@ -12,7 +12,7 @@
 namespace blockwalk::test {
 namespace {
 
-class PiecesTest : public RendererTest {
+class PiecesTest : public OwnRendererTest {
  protected:
   void SetUp() override {
     for (const VoxelType type : {VoxelType::u8, VoxelType::rgba8}) {
@@ -22,17 +22,13 @@ class PiecesTest : public RendererTest {
   }
   void TearDown() override {
     volumes_.clear();
-    renderer_.reset();
-    EXPECT_EQ(messages_, std::vector<std::string>{});
-    RendererTest::TearDown();
+    OwnRendererTest::TearDown();
   }
 
   // With bands of few rows.
   std::unique_ptr<Renderer> start(DeviceOptions options = {}) {
-    options.validation = true;
     options.band_ms = 0.3;
-    options.on_message = [this](const std::string& text) { messages_.push_back(text); };
-    std::unique_ptr<Renderer> made = createRenderer(options);
+    std::unique_ptr<Renderer> made = create(options);
     volumes_.clear();
     for (const auto& file : files_) volumes_.push_back(made->load(VolumeFile(file)));
     return made;
@@ -74,8 +70,6 @@ class PiecesTest : public RendererTest {
   }
 
   std::vector<std::filesystem::path> files_;
-  std::vector<std::string> messages_;
-  std::unique_ptr<Renderer> renderer_;
   std::vector<std::unique_ptr<ResidentVolume>> volumes_;
 };
 

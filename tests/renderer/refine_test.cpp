@@ -11,28 +11,17 @@
 namespace blockwalk::test {
 namespace {
 
-class RefineTest : public RendererTest {
+class RefineTest : public OwnRendererTest {
  protected:
   void SetUp() override {
     path_ = buildFile(*makeSynthetic({.type = VoxelType::rgba8, .dims = {70, 64, 57}, .seed = 6}));
   }
-  void TearDown() override {
-    volume_.reset();
-    renderer_.reset();
-    EXPECT_EQ(messages_, std::vector<std::string>{});
-    RendererTest::TearDown();
-  }
-
   // With bands of three rows or so.
   void start(std::uint64_t kept_sum_bytes = DeviceOptions{}.kept_sum_bytes) {
-    volume_.reset();
     DeviceOptions options;
-    options.validation = true;
     options.band_ms = 0.2;
     options.kept_sum_bytes = kept_sum_bytes;
-    options.on_message = [this](const std::string& text) { messages_.push_back(text); };
-    renderer_ = createRenderer(options);
-    volume_ = renderer_->load(VolumeFile(path_));
+    OwnRendererTest::start(path_, options);
   }
 
   static View viewOf(double fov, int samples = 7, int width = 101) {
@@ -62,9 +51,6 @@ class RefineTest : public RendererTest {
   }
 
   std::filesystem::path path_;
-  std::vector<std::string> messages_;
-  std::unique_ptr<Renderer> renderer_;
-  std::unique_ptr<ResidentVolume> volume_;
 };
 
 TEST_F(RefineTest, EveryStepIsWhatItsSamplesGiveAtOnceAndCostsOnlyTheNewOnes) {

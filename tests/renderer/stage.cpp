@@ -176,4 +176,25 @@ Frame RendererTest::draw(Renderer& other, ResidentVolume& volume, const View& vi
 
 void RendererTest::TearDown() { EXPECT_EQ(validationMessages(), std::vector<std::string>{}); }
 
+std::unique_ptr<Renderer> OwnRendererTest::create(DeviceOptions options) {
+  options.validation = true;
+  options.on_message = [this](const std::string& text) {
+    (text.starts_with("finder auto") ? notes_ : messages_).push_back(text);
+  };
+  return createRenderer(options);
+}
+
+void OwnRendererTest::start(const std::filesystem::path& file, const DeviceOptions& options) {
+  volume_.reset();
+  renderer_ = create(options);
+  volume_ = renderer_->load(VolumeFile(file));
+}
+
+void OwnRendererTest::TearDown() {
+  volume_.reset();
+  renderer_.reset();
+  EXPECT_EQ(messages_, std::vector<std::string>{});
+  RendererTest::TearDown();
+}
+
 }  // namespace blockwalk::test

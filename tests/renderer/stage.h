@@ -72,4 +72,21 @@ class RendererTest : public ::testing::Test {
   void TearDown() override;
 };
 
+// Tests with a renderer of their own options, and a volume on it.
+class OwnRendererTest : public RendererTest {
+ protected:
+  // With validation.
+  std::unique_ptr<Renderer> create(DeviceOptions options);
+  // In place of what there was.
+  void start(const std::filesystem::path& file, const DeviceOptions& options);
+  FrameOrder orderOf(const View& view) const { return {.view = resolveView(view, volume_->info())}; }
+
+  void TearDown() override;
+
+  std::vector<std::string> messages_;  // none may be left at the end
+  std::vector<std::string> notes_;     // on what the finder auto is
+  std::unique_ptr<Renderer> renderer_;
+  std::unique_ptr<ResidentVolume> volume_;
+};
+
 }  // namespace blockwalk::test

@@ -35,13 +35,13 @@ TEST_F(HostLimits, MemoryIsWhatTheTightestGroupLeavesAndItsOldFilesAreFree) {
   EXPECT_LT(freeHostBytes(), std::uint64_t{1} << 48);  // the real one
   write("proc/meminfo", "MemTotal: 99999 kB\nMemAvailable:    50000 kB\n");
   EXPECT_EQ(free(), 50000u << 10);  // no groups
-  write("proc/self/cgroup", "1:name=systemd:/x\n0::/user/work\n");
-  writeGroup("/user/work", "max", 5000000, 0);
+  write("proc/self/cgroup", "1:name=systemd:/x\n0::/user/job\n");
+  writeGroup("/user/job", "max", 5000000, 0);
   writeGroup("/user", "40000000", 30000000, 25000000);
   EXPECT_EQ(free(), 35000000u);  // of the group above: what was read is mostly free
-  writeGroup("/user/work", "9000000", 5000000, 0);
+  writeGroup("/user/job", "9000000", 5000000, 0);
   EXPECT_EQ(free(), 4000000u);
-  writeGroup("/user/work", "9000000", 9500000, 100);
+  writeGroup("/user/job", "9000000", 9500000, 100);
   EXPECT_EQ(free(), 0u);
   write("proc/self/cgroup", "0::/\n");  // in a namespace of its own the group is the root
   writeGroup("", "7000000", 6000000, 1000000);
@@ -54,8 +54,8 @@ TEST_F(HostLimits, ProcessorsAreNoMoreThanTheTightestGroupHas) {
   EXPECT_LE(hostProcessors().to_use, all);  // the real one
   const auto toUse = [&] { return hostProcessors((folder_ / "proc").c_str(), (folder_ / "cgroup").c_str()).to_use; };
   EXPECT_EQ(toUse(), all);  // no groups
-  write("proc/self/cgroup", "0::/user/work\n");
-  write("cgroup/user/work/cpu.max", "max 100000\n");
+  write("proc/self/cgroup", "0::/user/job\n");
+  write("cgroup/user/job/cpu.max", "max 100000\n");
   EXPECT_EQ(toUse(), all);
   write("cgroup/user/cpu.max", "50000 100000\n");
   EXPECT_EQ(toUse(), 1) << "a half is one at a time";

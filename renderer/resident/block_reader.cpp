@@ -1,0 +1,39 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/resident/block_reader.h"
+
+#include <utility>
+
+#include "renderer/plan/aproned_layout.h"
+#include "renderer/plan/density_scale.h"
+
+namespace blockwalk {
+
+BlockReader::BlockReader(std::shared_ptr<const VolumeFile> file, const Need& need, std::uint64_t cache_bytes)
+    : file_(std::move(file)),
+      need_(need),
+      subblock_bytes_(deviceSubblockBytes(file_->info(), need.apron)),
+      exponent_(densityExponent(file_->info(), static_cast<std::size_t>(need.channel))) {
+  if (need.apron) {
+    apron_ = std::make_unique<ApronLevel>(*file_, need.level, need.channel, need.form, cache_bytes);
+    records_ = std::make_shared<const Level>(apron_->records());
+  } else {
+    records_ = std::make_shared<const Level>(file_->readLevel(need.level, need.channel, need.form));
+  }
+}
+
+void BlockReader::read(std::size_t first, std::size_t count, std::span<std::byte> out) {
+  const std::span<std::byte> all = out;
+  if (apron_ == nullptr) {
+    file_->readVoxels(need_.level, need_.channel, records_->blocks[first].first_subblock, out.size() / subblock_bytes_,
+                      out, need_.form);
+  }
+  for (std::size_t block = first; apron_ != nullptr && block < first + count; ++block) {
+    plain_.resize(records_->blocks[block].subblock_count * apron_->subblockBytes());
+    apron_->readBlock(block, plain_);
+    layOutAproned(file_->info(), plain_, out.first(blockBytes(block)));
+    out = out.subspan(blockBytes(block));
+  }
+  toDevice(all, exponent_);
+}
+
+}  // namespace blockwalk

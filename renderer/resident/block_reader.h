@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// A channel of a level as the file has it and as the kernel reads it: records, and voxels of whole blocks as they lie on
+// the device, with their aprons where the filter needs them. Of the host alone.
+#pragma once
+
+#include <memory>
+#include <span>
+
+#include "renderer/plan/need.h"
+#include "volume/file/apron.h"
+
+namespace blockwalk {
+
+class BlockReader {
+ public:
+  // Reads records only. Throws what VolumeFile throws. `cache_bytes`: of blocks that aprons are made from.
+  BlockReader(std::shared_ptr<const VolumeFile> file, const Need& need, std::uint64_t cache_bytes);
+
+  const std::shared_ptr<const Level>& records() const { return records_; }
+  std::uint64_t blockBytes(std::size_t block) const {
+    return records_->blocks[block].subblock_count * subblock_bytes_;
+  }
+  int exponent() const { return exponent_; }  // of densities on the device (renderer/plan/density_scale.h)
+
+  // Of `count` blocks from `first` on, one after the other: `out` has just their bytes. From one thread at a time.
+  void read(std::size_t first, std::size_t count, std::span<std::byte> out);
+
+ private:
+  std::shared_ptr<const VolumeFile> file_;
+  Need need_;
+  std::uint64_t subblock_bytes_;
+  int exponent_;
+  std::unique_ptr<ApronLevel> apron_;
+  std::shared_ptr<const Level> records_;
+  std::vector<std::byte> plain_;
+};
+
+}  // namespace blockwalk
