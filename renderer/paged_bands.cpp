@@ -52,7 +52,9 @@ bool PlannedFrame::lacksPages() {
   }
   const bool again = lacks && !order_.as_it_is && !is_short_;
   if (!again) frame_.stats.absent_blocks += absent_blocks;
-  is_short_ = false;
+  // What is short for some samples is so for all of the band.
+  const Band& band = cutter_->next();
+  if (band.sample_begin + band.sample_count >= sample_end_) is_short_ = false;
   holdPages(again ? std::optional(moment_) : std::nullopt);
   brings_pages_ = draws_again_ = again;
   if (again) undoBand();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// A channel of a level as the file has it and as the kernel reads it: records, and voxels of whole blocks as they lie on
-// the device, with their aprons where the filter needs them. Of the host alone.
+// A channel of a level as the file has it and as the kernel reads it: records, and voxels of whole blocks as they lie
+// on the device, with their aprons where the filter needs them. Of the host alone.
 #pragma once
 
 #include <memory>
@@ -17,9 +17,7 @@ class BlockReader {
   BlockReader(std::shared_ptr<const VolumeFile> file, const Need& need, std::uint64_t cache_bytes);
 
   const std::shared_ptr<const Level>& records() const { return records_; }
-  std::uint64_t blockBytes(std::size_t block) const {
-    return records_->blocks[block].subblock_count * subblock_bytes_;
-  }
+  std::uint64_t blockBytes(std::size_t block) const { return records_->blocks[block].subblock_count * subblock_bytes_; }
   int exponent() const { return exponent_; }  // of densities on the device (renderer/plan/density_scale.h)
 
   // Of `count` blocks from `first` on, one after the other: `out` has just their bytes. From one thread at a time.

@@ -218,10 +218,13 @@ TEST_F(PagesTest, WithTooLittleRoomThePictureEndsAndSaysSo) {
   start(scene.path, 64 * kKib);
   View view = finest(40);
   view.filter = Filter::linear;
-  const Frame frame = renderer_->render(*volume_, view);
-  EXPECT_GT(frame.stats.absent_blocks, 0u);
-  EXPECT_FALSE(frame.cancelled);
-  EXPECT_EQ(frame.pixels.size(), 1600u);
+  for (const int samples : {1, 5}) {
+    view.samples = samples;
+    const Frame frame = renderer_->render(*volume_, view);
+    EXPECT_GT(frame.stats.absent_blocks, 0u);
+    EXPECT_FALSE(frame.cancelled);
+    EXPECT_EQ(frame.pixels.size(), 1600u);
+  }
 }
 
 // Bands by turns, at two places of one pool.
