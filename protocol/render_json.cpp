@@ -34,9 +34,12 @@ nlohmann::json statsJson(const RenderStats& stats) {
                          {"kernel", stats.kernel},
                          {"loop_bound_hits", stats.loop_bound_hits},
                          {"non_finite", stats.non_finite}};
-  if (stats.pages_read > 0 || stats.absent_blocks > 0) {  // voxels came and went
-    json["pages_read"] = stats.pages_read;
+  if (stats.paged) {
+    json["complete"] = stats.isComplete();
+    json["wanted_blocks"] = stats.wanted_blocks;
     json["absent_blocks"] = stats.absent_blocks;
+    json["pages_read"] = stats.pages_read;
+    if (!stats.page_failure.empty()) json["page_failure"] = stats.page_failure;
   }
   if (stats.finder_build.macrocells > 0) json["finder_build"] = buildJson(stats.finder_build);
   return json;

@@ -72,10 +72,11 @@ struct FrameHeader {
   int height = 0;
   std::string format;
   int level = 0;
-  bool final = false;  // full resolution, will not improve
-  double scale = 1;    // of the resolution asked for
-  int samples = 1;     // a pixel, that this frame shows
-  double gpu_ms = 0;   // of all samples that it shows
+  bool final = false;    // full resolution, will not improve
+  bool complete = true;  // nothing is coarser for want of voxels (docs/large.md)
+  double scale = 1;      // of the resolution asked for
+  int samples = 1;       // a pixel, that this frame shows
+  double gpu_ms = 0;     // of all samples that it shows
   double encode_ms = 0;
   std::uint64_t dropped = 0;  // views that no frame showed, so far
   bool operator==(const FrameHeader&) const = default;

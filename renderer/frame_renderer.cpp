@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "renderer/plan/paging.h"
+
 namespace blockwalk {
 namespace {
 
@@ -44,7 +46,7 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
   OrderedFrame& operator=(const OrderedFrame&) = delete;
 
   bool advance() override {
-    if (!trial_) return frame_->advance();
+    if (!trial_) return advanceFrame();
     measure();
     return true;
   }
@@ -64,6 +66,17 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
     probe_.reset();
     trial_.reset();
     frame_ = std::make_unique<PlannedFrame>(renderer_.tools_, volume_, std::move(plan), order_);
+  }
+  // What finds no room as a whole is paged.
+  bool advanceFrame() {
+    try {
+      return frame_->advance();
+    } catch (const OutOfDeviceMemory&) {
+      if (!frame_->isMaking() || !renderer_.pageInstead(volume_.info(), frame_->plan())) throw;
+    }
+    frame_.reset();
+    start(planOf(order_));
+    return true;
   }
 
   // A piece of the trial, with a small picture of the first view that leaves the finder to us and shows something.
@@ -123,7 +136,8 @@ FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
              }),
              .kept_sums = KeptSums(device, tools_.residency, options.kept_sum_bytes),
              .buffers = FrameBufferPool(device),
-             .times = BandTimes(device.isSoftware() ? kSoftwareFloor : kHardwareFloor)} {
+             .times = BandTimes(device.isSoftware() ? kSoftwareFloor : kHardwareFloor)},
+      page_above_bytes_(options.page_bytes.value_or(device.info().memory_budget_bytes)) {
   device.onShortage([this](std::uint64_t bytes) { return reclaim(bytes); });
 }
 
@@ -143,7 +157,7 @@ DeviceTraits FrameRenderer::traits(std::uint64_t volume) const {
           .software = device_.isSoftware(),
           .max_instances = device_.maxInstances(),
           .fastest = finders_.find(volume),
-          .page_above_bytes = tools_.pages.mostBytes()};
+          .page_above_bytes = page_above_bytes_};
 }
 
 bool FrameRenderer::shouldProbe(const FrameOrder& order) const {
@@ -156,6 +170,14 @@ void FrameRenderer::settle(std::uint64_t volume, Finder fastest) {
   finders_.settle(volume, fastest);
   const Part other = fastest == Finder::grid ? Part::instances : Part::grid;
   tools_.residency.drop([&](std::uint64_t of, const Need& need) { return of == volume && need.part == other; });
+}
+
+// Whether what found no room is paged from now on, and all that is as large.
+bool FrameRenderer::pageInstead(const VolumeInfo& info, const Plan& plan) {
+  const bool is_coarsest = static_cast<std::size_t>(plan.level) + 1 == info.levels.size();
+  if (page_above_bytes_ == 0 || plan.is_blank || plan.isPaged() || is_coarsest) return false;
+  page_above_bytes_ = std::max<std::uint64_t>(1, std::min(page_above_bytes_, voxelBytes(info, plan) - 1));
+  return true;
 }
 
 std::uint64_t FrameRenderer::reclaim(std::uint64_t bytes) {

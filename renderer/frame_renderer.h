@@ -28,6 +28,7 @@ class FrameRenderer {
   DeviceTraits traits(std::uint64_t volume) const;
   bool shouldProbe(const FrameOrder& order) const;
   void settle(std::uint64_t volume, Finder fastest);
+  bool pageInstead(const VolumeInfo& info, const Plan& plan);
   std::uint64_t reclaim(std::uint64_t bytes);
   void forgetVolume(std::uint64_t volume);
 
@@ -36,6 +37,7 @@ class FrameRenderer {
   PartMaker parts_;  // outlives what is in the making
   FrameTools tools_;
   FinderChoices finders_;
+  std::uint64_t page_above_bytes_;  // voxels of a level that take more come and go; 0: never
 };
 
 }  // namespace blockwalk

@@ -22,13 +22,18 @@ Need ofLevel(const Need& need, Part part) {
   return {.part = part, .level = need.level, .form = need.form, .paged = need.paged, .apron = need.apron};
 }
 
+// Of the budget. The rest is for records, what stands in for absent voxels, finders and frames.
+std::uint64_t pageBytes(const Device& device, const DeviceOptions& options) {
+  return options.page_bytes.value_or(device.info().memory_budget_bytes / 8 * 5);
+}
+
 }  // namespace
 
 PartMaker::PartMaker(Device& device, const DeviceOptions& options)
     : device_(device),
       chunk_bytes_(options.chunk_bytes),
       visible_quarters_(device),
-      pages_(options.page_bytes),
+      pages_(pageBytes(device, options)),
       regions_(device, options.piece_macrocells) {
   if (device.rayQuery()) unit_box_ = buildUnitBox(device);
 }

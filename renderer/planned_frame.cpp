@@ -58,6 +58,7 @@ void PlannedFrame::letGo() noexcept {
   holdPages(std::nullopt);
   paged_.clear();
   brings_pages_ = draws_again_ = is_short_ = false;
+  rows_ahead_ = looks_ = 0;
   waits_for_.reset();
   pins_.clear();
   if (std::exchange(holds_, false)) --tools_.under_way.holding;
@@ -97,6 +98,7 @@ void PlannedFrame::describe() {
   stats.walk = view.walk && skips;
   stats.cull = view.cull && skips;
   stats.level = plan_.level;
+  stats.paged = plan_.isPaged();
   stats.kernel = plan_.is_blank ? "blank" : blockwalk::describe(plan_.key);
 }
 
@@ -127,7 +129,7 @@ bool PlannedFrame::advance() {
 // With the member of the view of which another value needs less of what was short.
 OutOfDeviceMemory PlannedFrame::advise(const OutOfDeviceMemory& error) const {
   if (order_.prepare_only) return error;
-  if (next_need_ < plan_.needs.size()) {
+  if (isMaking()) {
     const bool is_coarsest = static_cast<std::size_t>(plan_.level) + 1 >= volume_.info().levels.size();
     if (!is_coarsest) return withAdvice(error, "level", "a coarser level needs less");
     const bool has_apron_for_filter =
@@ -145,6 +147,10 @@ bool PlannedFrame::advanceWork() {
   if (!is_begun_) begin();
   if (plan_.is_blank) return false;
   if (brings_pages_ && bringPages()) return true;
+  if (looksAhead()) {
+    lookAhead();
+    return true;
+  }
   drawOne();
   return !cutter_->isDone();
 }
@@ -183,6 +189,7 @@ void PlannedFrame::begin() {
   for (const Need& need : plan_.needs) {
     if (need.part == Part::voxels && need.paged) paged_.push_back(pins_.get<ResidentVoxels>(need).pages.get());
   }
+  for (PagedVoxels* const voxels : paged_) voxels->tryAgain();
   buffers_ = tools_.buffers.take({.pixels = std::min(pixels, kMaxBandPixels),
                                   .sums = sums,
                                   .probes = plan_.key.probe != 0,
@@ -273,6 +280,9 @@ void PlannedFrame::finish() {
     stats.voxel_steps = sum(counters.voxel_steps);
     stats.loop_bound_hits = sum(counters.loop_bound_hits);
     stats.non_finite = sum(counters.non_finite);
+    for (const PagedVoxels* const voxels : paged_) {
+      if (!voxels->failure().empty()) stats.page_failure = voxels->failure();
+    }
     // Until a step is whole some bands have more samples than others: what is cancelled is not kept.
     if (kept_ != nullptr && !frame_.cancelled && sample_end_ < order_.view.samples) {
       kept_->samples = sample_end_;

@@ -51,6 +51,9 @@ class PlannedFrame {
   bool advance();
   // As FrameInProgress::waits().
   bool waits() const;
+  const Plan& plan() const { return plan_; }
+  // Some part that it needs is not resident.
+  bool isMaking() const { return next_need_ < plan_.needs.size(); }
   // Once there is no more.
   Frame take() { return std::move(frame_); }
 
@@ -72,6 +75,14 @@ class PlannedFrame {
   bool lacksPages();
   bool bringPages();
   void undoBand();
+  struct WantedBlocks {
+    std::uint64_t wanted = 0;
+    std::uint64_t absent = 0;
+  };
+  bool noteWanted(WantedBlocks& blocks);
+  std::uint64_t usedBytes() const;
+  bool looksAhead() const;
+  void lookAhead();
   // Of so many rows of the picture.
   std::uint64_t sumBytes(int rows) const {
     return static_cast<std::uint64_t>(frame_.width) * static_cast<std::uint64_t>(rows) * kSumBytes;
@@ -112,6 +123,9 @@ class PlannedFrame {
   bool is_short_ = false;      // of room, and cannot be cut smaller
   std::optional<std::uint64_t> held_moment_ = {};
   gpu::GpuCounters counters_before_{};  // that band
+  int rows_ahead_ = 0;                  // how far down it was looked ahead
+  int most_rows_ahead_ = kMaxImageSide;
+  int looks_ = 0;  // at these rows
 };
 
 }  // namespace blockwalk

@@ -242,8 +242,9 @@ asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, c
   HttpReply reply{.status = 200, .type = std::string(imageMimeType(job.format)), .fields = {}, .body = made.image};
   reply.room = made.room;
   reply.omit_body = request.method == "HEAD";
-  reply.fields.emplace_back("ETag", job.etag);
-  reply.fields.emplace_back("Cache-Control", "no-cache");
+  // What was short of memory may be whole another time.
+  if (made.stats.isComplete()) reply.fields.emplace_back("ETag", job.etag);
+  reply.fields.emplace_back("Cache-Control", made.stats.isComplete() ? "no-cache" : "no-store");
   reply.fields.emplace_back("X-Blockwalk-Stats", writeJson(statsJson(made.stats)));
   if (job.format == ImageFormat::raw) {
     reply.fields.emplace_back("X-Blockwalk-Raw", writeJson(rawJson(job.view)));

@@ -23,9 +23,10 @@ struct DeviceOptions {
   std::uint64_t max_primitives = ~std::uint64_t{0};
   // What this renderer may hold on the device, all together; 0: as much as the device says it has.
   std::uint64_t memory_budget_bytes = 0;
-  // Voxels of a level that take more come and go block by block, and take no more together (docs/large.md); 0: all of
-  // a level are there, or the view is refused.
-  std::uint64_t page_bytes = 0;
+  // Voxels of a level that take more come and go block by block, and take no more together (docs/large.md). None: what
+  // finds no room as a whole comes and goes, and takes five eighths of the budget. 0: all of a level are there, or the
+  // view is refused.
+  std::optional<std::uint64_t> page_bytes{};
   std::uint64_t piece_macrocells = std::uint64_t{1} << 20;  // looked at in one submission
   // Measure what the finder `auto` means on a software device too. Elsewhere it is measured for every volume. On
   // lavapipe a kernel that is tried takes about half a second to compile, and none was found that beats the grid by

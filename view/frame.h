@@ -43,10 +43,14 @@ struct RenderStats {
   std::uint64_t loop_bound_hits = 0;
   std::uint64_t non_finite = 0;
   FinderBuild finder_build{};
-  // Where voxels come and go (docs/large.md): times that rays came to blocks whose voxels were absent, band by band and
-  // channel by channel, and were shown a coarser level there.
+  // Where voxels come and go (docs/large.md): times that rays came to blocks, and of these, to blocks whose voxels were
+  // absent and that were shown coarser, band by band and channel by channel.
+  bool paged = false;
+  std::uint64_t wanted_blocks = 0;
   std::uint64_t absent_blocks = 0;
   std::uint64_t pages_read = 0;  // for this frame
+  std::string page_failure{};    // why some could not be read; empty: all could
+  bool isComplete() const { return absent_blocks == 0; }
 };
 
 // Per pixel, row 0 at the top. `probes` is filled only when asked for; of several samples it holds the last.

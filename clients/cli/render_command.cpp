@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <system_error>
 #include <utility>
 
@@ -59,7 +60,7 @@ struct RenderCommand {
   bool no_ray_query = false;
   bool validation = false;
   int chunk_mib = 256;
-  int page_mib = 0;
+  std::optional<int> page_mib;
   std::vector<CLI::Option*> local_flags;
   AccessFlags server;
 
@@ -119,7 +120,7 @@ struct RenderCommand {
     options.allow_ray_query = !no_ray_query;
     options.validation = validation;
     options.chunk_bytes = static_cast<std::uint64_t>(chunk_mib) << 20;
-    options.page_bytes = static_cast<std::uint64_t>(page_mib) << 20;
+    if (page_mib) options.page_bytes = static_cast<std::uint64_t>(*page_mib) << 20;
     options.on_message = [](const std::string& message) { fmt::print(stderr, "blockwalk: {}\n", message); };
     VolumeFile file(source);
     setUpDriver();
@@ -188,9 +189,9 @@ void addRenderCommand(CLI::App& app) {
           ->group("Device"),
       command
           ->add_option("--page-mib", render->page_mib,
-                       "a level whose voxels take more is paged: no more of them are on the device at a time, in MiB "
-                       "(none is)")
-          ->check(CLI::Range(1, 1 << 20))
+                       "a level whose voxels take more is paged: no more of them are on the device at a time, in MiB; "
+                       "0: none is (what finds no room as a whole)")
+          ->check(CLI::Range(0, 1 << 20))
           ->group("Device")};
   render->server.addTo(*command);
   command->callback([render] { render->run(); });

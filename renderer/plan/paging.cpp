@@ -17,10 +17,14 @@ std::uint64_t deviceBytes(const VolumeInfo& info, const Plan& plan, int level, F
 
 }  // namespace
 
+std::uint64_t voxelBytes(const VolumeInfo& info, const Plan& plan) {
+  return deviceBytes(info, plan, plan.level, plan.form);
+}
+
 void choosePaging(const ResolvedView& view, const VolumeInfo& info, std::uint64_t page_above_bytes, Plan& plan) {
   const auto last = static_cast<int>(info.levels.size()) - 1;
   if (page_above_bytes == 0 || plan.level == last) return;
-  if (deviceBytes(info, plan, plan.level, plan.form) <= page_above_bytes) return;
+  if (voxelBytes(info, plan) <= page_above_bytes) return;
   int level = plan.level + 1;
   const auto form = [&] {
     return view.mode == Mode::mip && info.has(level, Form::maxima) ? Form::maxima : Form::values;

@@ -6,6 +6,9 @@
 
 namespace blockwalk {
 
+// What the plan's voxels take on the device, of all its channels and the level as a whole.
+std::uint64_t voxelBytes(const VolumeInfo& info, const Plan& plan);
+
 // Sets the plan's coarser level and its key where the voxels that it draws take more than so many bytes, of all its
 // channels, on the device; 0: never. The level and form, channels and apron of the plan must stand. The coarser level
 // is the finest that takes an eighth of that at most.

@@ -2,11 +2,11 @@
 #include "renderer/resident/pages.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <utility>
 
 #include "shaders/kernel_interface.h"
+#include "volume/error.h"
 
 namespace blockwalk {
 namespace {
@@ -61,18 +61,23 @@ PagedVoxels::~PagedVoxels() {
 
 std::vector<std::uint32_t> PagedVoxels::note(std::span<const std::uint32_t> bits, std::uint64_t moment) {
   std::vector<std::uint32_t> absent;
-  for (std::size_t word = 0; word < bits.size(); ++word) {
-    for (std::uint32_t rest = bits[word]; rest != 0; rest &= rest - 1) {
-      const auto block = static_cast<std::uint32_t>(32 * word) + static_cast<std::uint32_t>(std::countr_zero(rest));
-      if (!isPresent(block)) {
-        absent.push_back(block);
-        continue;
-      }
-      (*present_[block])->used = moment;
-      pool_.pages_.splice(pool_.pages_.begin(), pool_.pages_, *present_[block]);
-    }
-  }
+  forEachBit(bits, [&](std::uint32_t block) {
+    if (!isPresent(block)) return absent.push_back(block);
+    (*present_[block])->used = moment;
+    pool_.pages_.splice(pool_.pages_.begin(), pool_.pages_, *present_[block]);
+  });
   return absent;
+}
+
+bool PagedVoxels::want(std::vector<std::uint32_t> blocks) {
+  std::erase_if(blocks, [this](std::uint32_t block) { return unreadable_.contains(block); });
+  wanted_ = std::move(blocks);
+  return !wanted_.empty();
+}
+
+void PagedVoxels::tryAgain() {
+  unreadable_.clear();
+  failure_.clear();
 }
 
 bool PagedVoxels::advance(bool waits) {
@@ -84,7 +89,7 @@ bool PagedVoxels::advance(bool waits) {
       is_short_ = true;
     }
   }
-  std::erase_if(wanted_, [this](std::uint32_t block) { return isPresent(block); });
+  std::erase_if(wanted_, [this](std::uint32_t block) { return isPresent(block) || unreadable_.contains(block); });
   if (wanted_.empty()) return false;
   startBatch();
   return true;
@@ -98,9 +103,15 @@ void PagedVoxels::startBatch() {
   wanted_.erase(wanted_.begin(), wanted_.begin() + static_cast<std::ptrdiff_t>(count));
   // Of the host and of what it shares alone: it may go on when this has ended.
   batch_ = std::make_unique<HostWork<Batch>>([reader = reader_, blocks = std::move(blocks)] {
-    Batch batch{.blocks = blocks, .voxels = {}};
+    Batch batch{.blocks = blocks, .voxels = {}, .failure = {}};
     for (const std::uint32_t block : blocks) {
-      reader->read(block, 1, batch.voxels.emplace_back(reader->blockBytes(block)));
+      std::vector<std::byte>& voxels = batch.voxels.emplace_back(reader->blockBytes(block));
+      try {
+        reader->read(block, 1, voxels);
+      } catch (const DataError& error) {
+        batch.failure = error.what();
+        voxels.clear();
+      }
     }
     return batch;
   });
@@ -112,6 +123,11 @@ bool PagedVoxels::bringIn(const Batch& batch) {
   bool has_room = true;
   for (std::size_t i = 0; i < batch.blocks.size() && has_room; ++i) {
     const std::uint32_t block = batch.blocks[i];
+    if (batch.voxels[i].empty()) {
+      unreadable_.insert(block);
+      failure_ = batch.failure;
+      continue;
+    }
     if (isPresent(block)) continue;
     has_room = pool_.makeRoom(batch.voxels[i].size());
     if (!has_room) break;

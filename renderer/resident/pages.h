@@ -13,9 +13,11 @@
 // All belong to the thread that draws.
 #pragma once
 
+#include <bit>
 #include <list>
 #include <optional>
 #include <set>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -68,6 +70,16 @@ class PagePool {
   Pages pages_;
 };
 
+// Calls visit(i) for each bit i that is set, ascending.
+template <typename Visit>
+void forEachBit(std::span<const std::uint32_t> bits, Visit visit) {
+  for (std::size_t word = 0; word < bits.size(); ++word) {
+    for (std::uint32_t rest = bits[word]; rest != 0; rest &= rest - 1) {
+      visit(static_cast<std::uint32_t>(32 * word) + static_cast<std::uint32_t>(std::countr_zero(rest)));
+    }
+  }
+}
+
 class PagedVoxels {
  public:
   // Device, pool and quarters outlive it.
@@ -83,11 +95,18 @@ class PagedVoxels {
 
   // `bits` says block by block to which a ray came at `moment`. Those of them that are absent, ascending.
   std::vector<std::uint32_t> note(std::span<const std::uint32_t> bits, std::uint64_t moment);
-  // What to bring in next, ascending, in place of what was wanted and has not begun.
-  void want(std::vector<std::uint32_t> blocks) { wanted_ = std::move(blocks); }
+  // What to bring in next, ascending, in place of what was wanted and has not begun; but for what could not be read.
+  // False where that is nothing.
+  bool want(std::vector<std::uint32_t> blocks);
   // One piece of that: true while there is more. Where there is no room beside what is held the rest is not wanted any
-  // more. `waits`: a little, for what is being read. Throws what reading the file throws.
+  // more. `waits`: a little, for what is being read.
   bool advance(bool waits);
+  // That the block's voxels take on the device.
+  std::uint64_t blockBytes(std::uint32_t block) const { return reader_->blockBytes(block); }
+
+  // Why the last one that could not be read could not; empty: all could. Such blocks stay absent until tryAgain().
+  const std::string& failure() const { return failure_; }
+  void tryAgain();
 
   // Whether something was not brought in for want of room, since the last time that this was asked.
   bool wasShort() { return std::exchange(is_short_, false); }
@@ -102,7 +121,8 @@ class PagedVoxels {
   friend class PagePool;
   struct Batch {
     std::vector<std::uint32_t> blocks;
-    std::vector<std::vector<std::byte>> voxels;  // of each, as they lie on the device
+    std::vector<std::vector<std::byte>> voxels;  // of each, as they lie on the device; none of what cannot be read
+    std::string failure;                         // why
   };
   bool isPresent(std::uint32_t block) const { return present_[block].has_value(); }
   void startBatch();
@@ -121,6 +141,8 @@ class PagedVoxels {
   std::uint64_t arrived_ = 0;
   bool is_short_ = false;
   std::vector<std::uint32_t> wanted_;
+  std::set<std::uint32_t> unreadable_;
+  std::string failure_;
   std::unique_ptr<HostWork<Batch>> batch_;
   const ResidentBlocks* blocks_ = nullptr;
   std::vector<const ResidentQuarters*> quarters_;

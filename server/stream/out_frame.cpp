@@ -17,6 +17,7 @@ OutFrame outFrame(const PaceStep& step, ImageFormat format, MadeFrame made, std:
                            .format = std::string(imageFormatName(format)),
                            .level = made.stats.level,
                            .final = step.is_last,
+                           .complete = made.stats.isComplete(),
                            .scale = step.scale,
                            .samples = step.samples_end,
                            .gpu_ms = made.stats.gpu_ms,

@@ -108,6 +108,7 @@ FrameHeader sampleHeader() {
           .format = "jpeg",
           .level = 1,
           .final = true,
+          .complete = true,
           .scale = 0.5,
           .samples = 16,
           .gpu_ms = 1.25,
@@ -126,10 +127,11 @@ TEST(Frames, AreReadBack) {
 TEST(Frames, HaveGoldenBytes) {
   const std::vector<std::byte> image{std::byte{0xff}};
   const auto message = frameMessage(sampleHeader(), image);
-  const std::string expected = std::string("\x8f\0\0\0", 4) +
-                               R"({"dropped":3,"encode_ms":0.5,"final":true,"format":"jpeg","gpu_ms":1.25,"height":2,)"
-                               R"("id":7,"level":1,"samples":16,"scale":0.5,"seq":9,"width":4})" +
-                               "\xff";
+  const std::string expected =
+      std::string("\x9f\0\0\0", 4) +
+      R"({"complete":true,"dropped":3,"encode_ms":0.5,"final":true,"format":"jpeg","gpu_ms":1.25,"height":2,)"
+      R"("id":7,"level":1,"samples":16,"scale":0.5,"seq":9,"width":4})" +
+      "\xff";
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(message.data()), message.size()), expected);
 }
 

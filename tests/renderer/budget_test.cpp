@@ -17,6 +17,7 @@ class BudgetTest : public OwnRendererTest {
   void start(const std::filesystem::path& file, std::uint64_t budget, bool probes = false) {
     DeviceOptions options;
     options.memory_budget_bytes = budget;
+    options.page_bytes = 0;  // what does not fit as a whole is refused
     options.probe_software = probes;
     OwnRendererTest::start(file, options);
   }

@@ -3,6 +3,8 @@
 // and one that is not is nowhere empty where that is not.
 #include <gtest/gtest.h>
 
+#include <fstream>
+
 #include "tests/renderer/stage.h"
 #include "tests/renderer/synthetic.h"
 #include "tests/renderer/views.h"
@@ -252,6 +254,90 @@ TEST_F(PagesTest, TwoWhoLookAtOnceBothGetAllVoxels) {
   EXPECT_EQ(second.stats.absent_blocks, 0u);
   EXPECT_EQ(first.pixels, expected_near.pixels);
   EXPECT_EQ(second.pixels, expected_far.pixels);
+}
+
+// What rays come to fits, the level does not.
+TEST_F(PagesTest, WhatFitsIsReadOnce) {
+  Scene scene = makeScene(*ball(200), kSmallBlocks);
+  start(scene.path, 6144 * kKib);
+  View view = finest(96);
+  view.filter = Filter::linear;
+  view.clip = ClipBox{{0, 0, 0}, {200, 200, 70}};
+  const Frame expected = renderer().render(*scene.resident, view);
+  const Frame first = renderer_->render(*volume_, view);
+  EXPECT_EQ(first.pixels, expected.pixels);
+  EXPECT_TRUE(first.stats.paged);
+  EXPECT_TRUE(first.stats.isComplete());
+  EXPECT_GT(first.stats.pages_read, 0u);
+  EXPECT_LE(bytesOf("voxels"), 6144 * kKib * 9 / 8);
+  const Frame second = renderer_->render(*volume_, view);
+  EXPECT_EQ(second.pixels, expected.pixels);
+  EXPECT_EQ(second.stats.pages_read, 0u);
+}
+
+// Whatever the budget leaves for voxels, and where a level would fit but for what else is needed with it.
+TEST_F(PagesTest, WithABudgetAloneWhatDoesNotFitComesAndGoes) {
+  Scene scene = makeScene(*ball(160), kSmallBlocks);
+  View view = finest(64);
+  view.filter = Filter::linear;
+  const Frame expected = renderer().render(*scene.resident, view);
+  DeviceOptions options;
+  OwnRendererTest::start(scene.path, options);
+  EXPECT_FALSE(renderer_->render(*volume_, view).stats.paged);
+  const std::uint64_t everything = renderer_->device().memory_used_bytes;
+  int paged = 0;
+  for (int tenths = 4; tenths <= 10; ++tenths) {
+    options.memory_budget_bytes = everything * static_cast<std::uint64_t>(tenths) / 10 + 64 * kKib;
+    OwnRendererTest::start(scene.path, options);
+    SCOPED_TRACE(tenths);
+    for (int round = 0; round < 2; ++round) {
+      const auto frame = renderer_->begin(*volume_, orderOf(view));
+      for (bool more = true; more;) {
+        more = frame->advance();
+        EXPECT_LE(renderer_->device().memory_used_bytes, options.memory_budget_bytes);
+      }
+      const Frame drawn = frame->finish();
+      paged += drawn.stats.paged ? 1 : 0;
+      EXPECT_TRUE(drawn.stats.isComplete());
+      EXPECT_EQ(drawn.pixels, expected.pixels);
+    }
+  }
+  EXPECT_GE(paged, 10);
+  EXPECT_LT(paged, 14) << "the largest holds the level";
+}
+
+TEST_F(PagesTest, WhatCannotBeReadIsCoarserThereUntilItCan) {
+  Scene scene = makeScene(*ball(120), kSmallBlocks);
+  const auto copy = scene.path.parent_path() / "damaged.bwv";
+  std::filesystem::copy_file(scene.path, copy, std::filesystem::copy_options::overwrite_existing);
+  start(copy, 640 * kKib);
+  View view = finest(64);
+  view.channels[0].transfer = {{.value = 100, .color = {1, 1, 1}, .opacity = 1}};
+  const Frame complete = renderer().render(*scene.resident, view);
+  // The voxels of level 0 come last.
+  const auto invert = [&] {
+    std::fstream file(copy, std::ios::in | std::ios::out | std::ios::binary);
+    const auto bytes = static_cast<std::streamoff>(std::filesystem::file_size(copy));
+    std::string last(static_cast<std::size_t>(bytes / 2), '\0');
+    file.seekg(bytes - bytes / 2);
+    file.read(last.data(), bytes / 2);
+    for (char& c : last) c = static_cast<char>(~c);
+    file.seekp(bytes - bytes / 2);
+    file.write(last.data(), bytes / 2);
+  };
+  invert();
+  const Frame damaged = renderer_->render(*volume_, view);
+  EXPECT_FALSE(damaged.stats.isComplete());
+  EXPECT_NE(damaged.stats.page_failure.find("damaged.bwv"), std::string::npos) << damaged.stats.page_failure;
+  for (std::size_t i = 0; i < complete.pixels.size(); ++i) {
+    if ((complete.pixels[i] & 0xffffff) == 0) continue;
+    EXPECT_NE(damaged.pixels[i] & 0xffffff, 0u) << i;
+  }
+  invert();
+  const Frame healed = renderer_->render(*volume_, view);
+  EXPECT_TRUE(healed.stats.isComplete());
+  EXPECT_EQ(healed.stats.page_failure, "");
+  EXPECT_EQ(healed.pixels, complete.pixels);
 }
 
 TEST_F(PagesTest, AFrameThatIsGivenUpHoldsNothing) {

@@ -38,6 +38,7 @@ export interface FrameHeader {
   readonly format: ImageFormat;
   readonly level: number;
   readonly final: boolean; // full resolution, will not improve
+  readonly complete: boolean; // nothing is coarser because its voxels were absent
   readonly scale: number; // of the resolution asked for
   readonly gpuMs: number;
 }
@@ -129,6 +130,7 @@ function parseHeader(value: unknown): FrameHeader {
     format,
     level: fields.number("level"),
     final: fields.boolean("final"),
+    complete: fields.has("complete") ? fields.boolean("complete") : true,
     scale: fields.number("scale"),
     gpuMs: fields.number("gpu_ms"),
   };

@@ -6,6 +6,14 @@ import type { Figures } from "./meter";
 import type { FrameHeader } from "./protocol";
 import { formatBytes, formatMs } from "./units";
 
+const kAbsent = "Parts of the volume are shown coarser: their voxels are not in memory.";
+
+function quality(header: FrameHeader): string {
+  if (!header.complete) return header.final ? "Coarse" : "Loading detail";
+  if (!header.final) return "Refining";
+  return header.format === "png" ? "Lossless" : "Final";
+}
+
 export class Readout {
   private readonly root = byId("readout", HTMLElement);
   private readonly badge = byId("badge", HTMLElement);
@@ -18,9 +26,9 @@ export class Readout {
 
   showFrame(header: FrameHeader): void {
     this.root.hidden = false;
-    const isLossless = header.final && header.format === "png";
-    this.badge.textContent = isLossless ? "Lossless" : header.final ? "Final" : "Refining";
-    this.badge.classList.toggle("final", header.final);
+    this.badge.textContent = quality(header);
+    this.badge.classList.toggle("final", header.final && header.complete);
+    this.badge.title = header.complete ? "" : kAbsent;
     const scale = header.scale < 0.995 ? ` · ${Math.round(header.scale * 100)} %` : "";
     this.size.textContent = `${header.width} × ${header.height}${scale}`;
     this.level.textContent = `level ${header.level}`;
