@@ -36,7 +36,7 @@ void BandCutter::cutRows() {
   }
   // A cheap band of sky must not make the next one long.
   if (last_rows_ > 0) rows = std::min(rows, kMostGrowth * last_rows_);
-  band_.row_count = std::min({rows, most_rows, most_rows_, limits_.height - band_.row_begin});
+  band_.row_count = std::min({rows, most_rows, limits_.height - band_.row_begin});
   band_.column_begin = 0;
   last_columns_ = 0;
   slowest_of_rows_ = 0;
@@ -56,26 +56,14 @@ void BandCutter::cutColumns() {
     if (last_columns_ > 0) columns = std::min(columns, kMostGrowth * last_columns_);
     columns = (columns + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide;
   }
-  band_.column_count = std::min({columns, most_columns_, left});
+  band_.column_count = std::min(columns, left);
   band_.sample_begin = limits_.sample_begin;
   band_.sample_count = 1;
 }
 
-void BandCutter::again() {
-  band_.sample_begin = limits_.sample_begin;
-  band_.sample_count = 1;
-}
-
-bool BandCutter::narrow() {
-  again();
-  const auto half = [](int pixels) { return (pixels / 2 + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide; };
-  if (band_.row_count > gpu::kGroupSide && band_.column_begin == 0) {
-    most_rows_ = band_.row_count = half(band_.row_count);
-    return true;
-  }
-  if (band_.column_count <= gpu::kGroupSide) return false;
-  most_columns_ = band_.column_count = half(band_.column_count);
-  return true;
+void BandCutter::endAt(int row) {
+  const bool has_begun = band_.column_begin > 0 || band_.sample_begin > limits_.sample_begin;
+  if (!has_begun && row > band_.row_begin) band_.row_count = std::min(band_.row_count, row - band_.row_begin);
 }
 
 bool BandCutter::ran(double ms) {

@@ -33,11 +33,8 @@ class BandCutter {
   const Band& next() const { return band_; }
   // It took so many device milliseconds. True where the band's rows are whole, with all samples.
   bool ran(double ms);
-  // What is at hand comes once more, from its first sample on.
-  void again();
-  // The same of half of it: of its rows, or columns of one row of workgroups. What follows is cut as small. False where
-  // it is a workgroup.
-  bool narrow();
+  // What comes next ends there, if nothing of it has run yet: a row of workgroups, after its first.
+  void endAt(int row);
   bool isDone() const { return band_.row_begin >= limits_.height; }
   // What to expect of the next frame: the slowest dispatch's that was not short, or the mean of all. Some must have
   // run. The first of all counts only where there was no other.
@@ -49,8 +46,6 @@ class BandCutter {
 
   BandLimits limits_;
   Band band_;
-  int most_rows_ = kMaxImageSide;
-  int most_columns_ = kMaxImageSide;
   int last_rows_ = 0;
   int last_columns_ = 0;  // of these rows; 0: none yet
   std::optional<double> ms_per_pixel_;

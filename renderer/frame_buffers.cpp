@@ -25,7 +25,7 @@ FrameBuffers FrameBufferPool::take(const Sizes& sizes) {
   if (sizes.probes) growTo(device_, buffers.probes, sizes.pixels * sizeof(gpu::GpuProbe), BufferUse::readback);
   if (sizes.paged_blocks > 0) {
     growTo(device_, buffers.wanted, (sizes.paged_blocks + 31) / 32 * sizeof(std::uint32_t), BufferUse::readback);
-    if (sizes.keeps_sums) growTo(device_, buffers.kept_sums, sizes.pixels * kSumBytes, BufferUse::resident);
+    growTo(device_, buffers.next_samples, sizes.pixels * sizeof(std::uint32_t), BufferUse::resident);
   }
   return buffers;
 }

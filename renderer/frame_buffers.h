@@ -16,8 +16,8 @@ struct FrameBuffers {
   Buffer pixels;    // of a band
   Buffer sums;
   Buffer probes;
-  Buffer wanted;     // uint[]: a bit for each block of a paged level that a ray came to
-  Buffer kept_sums;  // of a band that may be drawn again
+  Buffer wanted;        // uint[]: a bit for each block of a paged level that a ray came to
+  Buffer next_samples;  // uint[], of a band there: the sample that comes next of each pixel
 };
 
 class FrameBufferPool {
@@ -27,7 +27,6 @@ class FrameBufferPool {
     bool sums = false;
     bool probes = false;
     std::uint64_t paged_blocks = 0;  // of the level, where voxels come and go
-    bool keeps_sums = false;         // there, of a band
   };
 
   explicit FrameBufferPool(Device& device) : device_(device) {}

@@ -16,32 +16,71 @@ constexpr int kLookStride = 4;
 constexpr int kFewestRows = 64;  // to look ahead at
 constexpr int kMostLooks = 4;
 
-void copySums(Device& device, const Buffer& from, std::uint64_t from_at, const Buffer& to, std::uint64_t to_at,
-              std::uint64_t bytes) {
-  device.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
-    commands.copyBuffer(from.handle(), to.handle(), vk::BufferCopy{from_at, to_at, bytes});
-  });
-}
+// Rows of workgroups.
+int halfOf(int rows) { return (rows / 2 + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide; }
 
 }  // namespace
 
-void PlannedFrame::beginPaged(const Band& band) {
-  std::ranges::fill(buffers_.wanted.mappedAs<std::uint32_t>(), 0u);
-  moment_ = tools_.pages.nextMoment();
-  // The band may be drawn again: what it adds to is kept as it was before it was drawn first.
-  if (band.sample_begin != sample_begin_ || draws_again_) return;
-  counters_before_ = buffers_.counters.mappedAs<gpu::GpuCounters>()[0];
-  if (sample_begin_ > 0)
-    copySums(tools_.device, kept_->sums, sumBytes(band.row_begin), buffers_.kept_sums, 0, sumBytes(band.row_count));
+// Where the kernel writes the pixels of a part of the band.
+void PlannedFrame::aim(const Band& part) {
+  const auto skipped =
+      static_cast<std::uint64_t>(part.row_begin - cutter_->next().row_begin) * static_cast<std::uint64_t>(frame_.width);
+  gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameParams>()[0];
+  const auto shifted = [&](std::uint64_t address, std::uint64_t bytes) {
+    return address == 0 ? 0 : address + skipped * bytes;
+  };
+  params.pixels = shifted(bound_.params.pixels, sizeof(std::uint32_t));
+  params.next_samples = shifted(bound_.params.next_samples, sizeof(std::uint32_t));
+  params.probes = shifted(bound_.params.probes, sizeof(gpu::GpuProbe));
+  params.sums =
+      kept_ != nullptr ? kept_->sums.address() + sumBytes(part.row_begin) : shifted(bound_.params.sums, kSumBytes);
 }
 
-// Nothing of the band counts, and it comes again from its first sample on.
-void PlannedFrame::undoBand() {
+// Draws and takes down what rays come to.
+double PlannedFrame::runMarking(const Band& part, std::uint32_t fresh_sample, bool accepts) {
+  gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameParams>()[0];
+  params.fresh_sample = fresh_sample;
+  params.accepts = accepts ? 1 : 0;
+  std::ranges::fill(buffers_.wanted.mappedAs<std::uint32_t>(), 0u);
+  moment_ = tools_.pages.nextMoment();
+  const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
+  const double ms = tools_.bands.run(kernel_, plan_, part, buffers_.params.address(), set);
+  frame_.stats.gpu_ms += ms;
+  return ms;
+}
+
+// A band, or those pixels of a part of it that lacked something: these are drawn again until they lack nothing that can
+// come, and then with what there is.
+void PlannedFrame::drawPaged() {
   const Band band = cutter_->next();
-  buffers_.counters.mappedAs<gpu::GpuCounters>()[0] = counters_before_;
-  if (sample_begin_ > 0)
-    copySums(tools_.device, buffers_.kept_sums, 0, kept_->sums, sumBytes(band.row_begin), sumBytes(band.row_count));
-  cutter_->again();
+  const bool is_first = !part_;
+  if (is_first) part_.emplace(band);
+  const bool accepts = order_.as_it_is || is_short_;
+  aim(part_->at());
+  const double ms =
+      runMarking(part_->at(), is_first ? static_cast<std::uint32_t>(band.sample_begin) : gpu::kNone, accepts);
+  WantedBlocks blocks;
+  const bool can_come = noteWanted(blocks);
+  if (is_first) {
+    drawn_ms_ = ms;
+    frame_.stats.wanted_blocks += blocks.wanted;
+  }
+  if (blocks.absent > 0 && !accepts) {
+    brings_pages_ = can_come;
+    is_short_ = !can_come;
+    if (can_come) holdPages(moment_);
+    return;
+  }
+  frame_.stats.absent_blocks += blocks.absent;
+  holdPages(std::nullopt);
+  // Who waits for nothing has others find it.
+  if (order_.as_it_is) {
+    for (PagedVoxels* const voxels : paged_) bringInSome(*voxels, false);
+  }
+  const bool was_short = std::exchange(is_short_, false);
+  if (part_->next(!was_short)) return;
+  part_.reset();
+  if (cutter_->ran(drawn_ms_)) readBand(band);
 }
 
 // Says of every block that a ray came to that it was used now. What is absent is wanted; false where nothing is that
@@ -59,31 +98,9 @@ bool PlannedFrame::noteWanted(WantedBlocks& blocks) {
   return lacks;
 }
 
-// Whether the band is to be drawn again.
-bool PlannedFrame::lacksPages() {
-  WantedBlocks blocks;
-  const bool lacks = noteWanted(blocks);
-  const bool again = lacks && !order_.as_it_is && !is_short_;
-  if (!again) {
-    frame_.stats.wanted_blocks += blocks.wanted;
-    frame_.stats.absent_blocks += blocks.absent;
-  }
-  // What is short for some samples is so for all of the band.
-  const Band& band = cutter_->next();
-  if (band.sample_begin + band.sample_count >= sample_end_) is_short_ = false;
-  holdPages(again ? std::optional(moment_) : std::nullopt);
-  brings_pages_ = draws_again_ = again;
-  if (again) undoBand();
-  // Who waits for nothing has others find it.
-  if (!again && order_.as_it_is) {
-    for (PagedVoxels* const voxels : paged_) bringInSome(*voxels, false);
-  }
-  return again;
-}
-
 // Before a band is drawn that lies farther down than it was looked.
 bool PlannedFrame::looksAhead() const {
-  return !paged_.empty() && !order_.as_it_is && !draws_again_ && sample_begin_ == 0 &&
+  return !paged_.empty() && !order_.as_it_is && !part_ && sample_begin_ == 0 &&
          cutter_->next().row_begin >= rows_ahead_;
 }
 
@@ -98,24 +115,21 @@ void PlannedFrame::lookAhead() {
                   .row_count = std::min(part(begin + rows) - first, part(frame_.height) - first),
                   .column_count = part(frame_.width)};
   if (static_cast<std::size_t>(band.row_count) * static_cast<std::size_t>(band.column_count) > kMaxBandPixels) {
-    most_rows_ahead_ = rows / 2;
+    most_rows_ahead_ = halfOf(rows);
     return;
   }
   gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameParams>()[0];
   gpu::GpuCounters& counters = buffers_.counters.mappedAs<gpu::GpuCounters>()[0];
   const gpu::GpuCounters before = counters;
   params.size = {band.column_count, part(frame_.height)};
-  if (kept_ != nullptr) params.sums = kept_->sums.address();  // nothing is in them yet
-  std::ranges::fill(buffers_.wanted.mappedAs<std::uint32_t>(), 0u);
-  moment_ = tools_.pages.nextMoment();
-  const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
-  frame_.stats.gpu_ms += tools_.bands.run(kernel_, plan_, band, buffers_.params.address(), set);
+  aim(cutter_->next());  // nothing is in its sums yet
+  runMarking(band, 0, true);
   params.size = bound_.params.size;
   counters = before;
 
   const bool fits = usedBytes() <= tools_.pages.mostBytes();
   if (!fits && rows > kFewestRows) {
-    most_rows_ahead_ = rows / 2;
+    most_rows_ahead_ = halfOf(rows);
     return;
   }
   WantedBlocks blocks;
@@ -123,6 +137,7 @@ void PlannedFrame::lookAhead() {
   if (brings_pages_) return;
   rows_ahead_ = begin + rows;
   looks_ = 0;
+  cutter_->endAt(rows_ahead_);
 }
 
 // Of all blocks that a ray came to.
@@ -164,7 +179,7 @@ bool PlannedFrame::bringPages() {
     is_short_ = false;
     return false;
   }
-  is_short_ = !cutter_->narrow();
+  is_short_ = !part_->narrow();
   if (!is_short_) holdPages(std::nullopt);
   return false;
 }

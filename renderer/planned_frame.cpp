@@ -57,7 +57,8 @@ void PlannedFrame::letGo() noexcept {
   kept_.reset();
   holdPages(std::nullopt);
   paged_.clear();
-  brings_pages_ = draws_again_ = is_short_ = false;
+  part_.reset();
+  brings_pages_ = is_short_ = false;
   rows_ahead_ = looks_ = 0;
   waits_for_.reset();
   pins_.clear();
@@ -151,7 +152,11 @@ bool PlannedFrame::advanceWork() {
     lookAhead();
     return true;
   }
-  drawOne();
+  if (paged_.empty()) {
+    drawOne();
+  } else {
+    drawPaged();
+  }
   return !cutter_->isDone();
 }
 
@@ -193,8 +198,7 @@ void PlannedFrame::begin() {
   buffers_ = tools_.buffers.take({.pixels = std::min(pixels, kMaxBandPixels),
                                   .sums = sums,
                                   .probes = plan_.key.probe != 0,
-                                  .paged_blocks = paged_.empty() ? 0 : paged_.front()->blockCount(),
-                                  .keeps_sums = sample_begin_ > 0});
+                                  .paged_blocks = paged_.empty() ? 0 : paged_.front()->blockCount()});
   is_begun_ = true;
   kernel_ = tools_.kernels.choose(plan_.key, plan_.kernel);
   if (kernel_.general) frame_.stats.kernel = "general " + frame_.stats.kernel;
@@ -207,6 +211,7 @@ void PlannedFrame::begin() {
   bound_.params.probes = plan_.key.probe != 0 ? buffers_.probes.address() : 0;
   bound_.params.counters = buffers_.counters.address();
   bound_.params.wanted = paged_.empty() ? 0 : buffers_.wanted.address();
+  bound_.params.next_samples = paged_.empty() ? 0 : buffers_.next_samples.address();
   buffers_.params.mappedAs<gpu::FrameParams>()[0] = bound_.params;
   buffers_.counters.mappedAs<gpu::GpuCounters>()[0] = {};
   if (sample_begin_ > 0) {
@@ -243,10 +248,8 @@ void PlannedFrame::drawOne() {
     buffers_.params.mappedAs<gpu::FrameParams>()[0].sums = kept_->sums.address() + sumBytes(band.row_begin);
   }
   const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
-  if (!paged_.empty()) beginPaged(band);
   const double ms = tools_.bands.run(kernel_, plan_, band, buffers_.params.address(), set);
   frame_.stats.gpu_ms += ms;
-  if (!paged_.empty() && lacksPages()) return;
   if (cutter_->ran(ms)) readBand(band);
 }
 

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "renderer/band_cutter.h"
+#include "renderer/band_part.h"
 #include "renderer/bind.h"
 #include "renderer/frame_buffers.h"
 #include "renderer/plan/output_values.h"
@@ -71,10 +72,10 @@ class PlannedFrame {
   void takeSums();
   void drawOne();
   void readBand(const Band& band);
-  void beginPaged(const Band& band);
-  bool lacksPages();
+  void drawPaged();
+  void aim(const Band& part);
+  double runMarking(const Band& part, std::uint32_t fresh_sample, bool accepts);
   bool bringPages();
-  void undoBand();
   struct WantedBlocks {
     std::uint64_t wanted = 0;
     std::uint64_t absent = 0;
@@ -117,13 +118,13 @@ class PlannedFrame {
 
   // Of voxels that come and go: each drawn channel's.
   std::vector<PagedVoxels*> paged_;
-  std::uint64_t moment_ = 0;   // of the band at hand
-  bool brings_pages_ = false;  // what it lacked is on its way
-  bool draws_again_ = false;   // it was drawn and lacked something
-  bool is_short_ = false;      // of room, and cannot be cut smaller
+  std::optional<BandPart> part_;  // of the band at hand, once it was drawn: some of its pixels lacked something
+  double drawn_ms_ = 0;           // of that, when it was drawn first
+  std::uint64_t moment_ = 0;      // when rays looked last
+  bool brings_pages_ = false;     // what they lacked is on its way
+  bool is_short_ = false;         // of room, and cannot be cut smaller
   std::optional<std::uint64_t> held_moment_ = {};
-  gpu::GpuCounters counters_before_{};  // that band
-  int rows_ahead_ = 0;                  // how far down it was looked ahead
+  int rows_ahead_ = 0;  // how far down it was looked ahead
   int most_rows_ahead_ = kMaxImageSide;
   int looks_ = 0;  // at these rows
 };

@@ -45,6 +45,7 @@ layout(buffer_reference, scalar, buffer_reference_align = 16) buffer SumArray { 
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer PixelArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer ProbeArray { GpuProbe at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer BitArray { uint at[]; };
+layout(buffer_reference, scalar, buffer_reference_align = 4) buffer NextArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Counters { GpuCounters sums; };
 layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Frame { FrameParams params; };
 

@@ -168,11 +168,14 @@ struct FrameParams {
   // Paged: of the level that stands in where a block is absent, 2^coarse_shift times as coarse, and resident as a
   // whole.
   DrawnChannel coarse[kMaxDrawnChannels];
-  uint64_t ancestors;  // uint[]: for each block the one of that level that covers it, or kNone
-  uint64_t wanted;     // uint[]: bit i of word i / 32 is set where a ray comes to block i
+  uint64_t ancestors;     // uint[]: for each block the one of that level that covers it, or kNone
+  uint64_t wanted;        // uint[]: bit i of word i / 32 is set where a ray comes to block i
+  uint64_t next_samples;  // uint[], the band's: the sample that a pixel is to be drawn with next
   ivec3 coarse_anchor;
   uint coarse_shift;
   vec3 coarse_offset;  // anchor - coarse_anchor x 2^coarse_shift: whole voxels
+  uint fresh_sample;   // drawn of all pixels, whatever is next of them; kNone: no sample is
+  uint accepts;        // not 0: what came to absent blocks counts too
   uint paged_padding;
   uint64_t grid_tiles;        // uint[]: number of the tile's 512 places, or kNone
   uint64_t grid_blocks;       // uint[][512]: block index or kNone
@@ -284,11 +287,11 @@ static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices
 static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
 static_assert(sizeof(OctreeNode) == 8);
 static_assert(sizeof(DrawnChannel) == 72 && offsetof(FrameParams, coarse) == 288);
-static_assert(offsetof(FrameParams, ancestors) == 576 && offsetof(FrameParams, grid_tiles) == 624);
-static_assert(offsetof(FrameParams, point_center) == 696 && offsetof(FrameParams, half_width) == 768);
-static_assert(offsetof(FrameParams, clip_planes) == 804 && offsetof(FrameParams, anchor) == 996);
-static_assert(offsetof(FrameParams, extinction_scale) == 1044 && offsetof(FrameParams, background) == 1048);
-static_assert(offsetof(FrameParams, gradient_rows) == 1072 && offsetof(FrameParams, light) == 1112);
+static_assert(offsetof(FrameParams, ancestors) == 576 && offsetof(FrameParams, grid_tiles) == 640);
+static_assert(offsetof(FrameParams, point_center) == 712 && offsetof(FrameParams, half_width) == 784);
+static_assert(offsetof(FrameParams, clip_planes) == 820 && offsetof(FrameParams, anchor) == 1012);
+static_assert(offsetof(FrameParams, extinction_scale) == 1060 && offsetof(FrameParams, background) == 1064);
+static_assert(offsetof(FrameParams, gradient_rows) == 1088 && offsetof(FrameParams, light) == 1128);
 static_assert(sizeof(PushConstants) == 24 && sizeof(VisibleQuartersPush) == 48);
 }  // namespace blockwalk::gpu
 #endif

@@ -1,6 +1,22 @@
 // SPDX-License-Identifier: Apache-2.0
 // Blocks whose voxels are absent: rays say that they want them, and see a coarser level in their place (docs/large.md).
 
+// The ray of this invocation has come to such a block.
+bool lacks_voxels = false;
+
+// Whether the sample is to be drawn of the pixel: the first time that a band is drawn of all of them, after that of those
+// that lacked something.
+bool isNext(uint at) {
+  return push.sample_index == frame.fresh_sample || NextArray(frame.next_samples).at[at] == push.sample_index;
+}
+
+// Whether what the ray has seen counts. If not, the pixel is left as it is, to be drawn again.
+bool isAccepted(uint at) {
+  bool counts = !lacks_voxels || frame.accepts != 0u;
+  NextArray(frame.next_samples).at[at] = push.sample_index + (counts ? 1u : 0u);
+  return counts;
+}
+
 // Says that a ray comes to the block. Whether some drawn channel's voxels are absent.
 bool wantVoxels(uint block) {
   uint bit = 1u << (block & 31u);
@@ -8,6 +24,7 @@ bool wantVoxels(uint block) {
   if ((BitArray(frame.wanted).at[block >> 5] & bit) == 0u) atomicOr(BitArray(frame.wanted).at[block >> 5], bit);
   bool absent = false;
   forEachChannel(c) absent = absent || channelBlockAt(c, block).voxels == uint64_t(0);
+  lacks_voxels = lacks_voxels || absent;
   return absent;
 }
 

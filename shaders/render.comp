@@ -144,6 +144,8 @@ void main() {
   ivec2 in_band = ivec2(gl_WorkGroupID.x, row) * kGroupSide + local;
   if (in_band.x >= frame.size.x || in_band.y >= push.row_count) return;
 
+  uint at = uint(in_band.x + frame.size.x * in_band.y);
+  if (kPaged && !isNext(at)) return;
   ivec2 pixel = in_band + ivec2(0, push.row_begin);
   Ray ray = makeRay(pixel, kAntialias ? samplePlace(pixel, push.sample_index) : vec2(0.5));
   Ink ink = freshInk();
@@ -156,8 +158,8 @@ void main() {
   }
   if (kOutput == kOutputMesh && ink.edge > 0.0) drawEdge(ink);
 
+  if (kPaged && !isAccepted(at)) return;
   bool finite;
-  uint at = uint(in_band.x + frame.size.x * in_band.y);
   PixelArray(frame.pixels).at[at] = pixelWord(ink, work, at, finite);
   if (kProbe) {
     ProbeArray(frame.probes).at[at] = GpuProbe(ink.voxel, crossed, ink.voxel.x < 0 ? 0.0 : ink.t - ray.t_eye);

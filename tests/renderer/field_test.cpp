@@ -11,7 +11,7 @@
 namespace blockwalk::test {
 namespace {
 
-struct Look {
+struct FieldLook {
   std::string_view name{};
   Mode mode = Mode::blend;
   Filter filter = Filter::linear;
@@ -20,7 +20,7 @@ struct Look {
   double step = 0.5;
 };
 
-constexpr Look kLooks[] = {
+constexpr FieldLook kFieldLooks[] = {
     {.name = "blend"},
     {.name = "coarse", .step = 1.7},
     {.name = "lit", .lit = true},
@@ -35,7 +35,7 @@ constexpr Look kLooks[] = {
     {.name = "nearest mean", .mode = Mode::mean, .filter = Filter::nearest},
 };
 
-View lookAt(View view, const Look& look) {
+View fieldView(View view, const FieldLook& look) {
   view.mode = look.mode;
   view.filter = look.filter;
   view.lit = look.lit;
@@ -50,30 +50,31 @@ class FieldTest : public SceneTest {
   std::vector<View> viewsOf(std::size_t look) {
     const std::vector<View> all = randomViews(scene().info, dense(), 21);
     std::vector<View> some;
-    if (kLooks[look].classification != Classification::post && scene().info.type == VoxelType::rgba8) return some;
-    for (std::size_t i = look % 4; i < all.size(); i += 4) some.push_back(lookAt(all[i], kLooks[look]));
+    if (kFieldLooks[look].classification != Classification::post && scene().info.type == VoxelType::rgba8) return some;
+    for (std::size_t i = look % 4; i < all.size(); i += 4) some.push_back(fieldView(all[i], kFieldLooks[look]));
     return some;
   }
 };
 
 TEST_P(FieldTest, IsDrawnAsTheReferenceDraws) {
-  for (std::size_t look = 0; look < std::size(kLooks); ++look) {
+  for (std::size_t look = 0; look < std::size(kFieldLooks); ++look) {
     ImageError total;
     const std::vector<View> views = viewsOf(look);
     if (views.empty()) continue;
     for (const View& view : views) {
       const reference::Image expected = reference::renderImage(dense(), view);
-      const bool linear = kLooks[look].filter == Filter::linear;
+      const bool linear = kFieldLooks[look].filter == Filter::linear;
       const double near_jump = linear ? kNearJump * dense().contrast : 0;
       const ImageError error = compareToReference(draw(scene(), view), expected, view.background, near_jump);
       EXPECT_LE(error.largest, kLargestError)
-          << kLooks[look].name << ": " << error.worst << "\n  view " << toString(view);
+          << kFieldLooks[look].name << ": " << error.worst << "\n  view " << toString(view);
       total.add(error);
     }
-    EXPECT_GE(total.psnr(), kLeastPsnr) << kLooks[look].name;
-    EXPECT_GT(total.drawn, 0u) << kLooks[look].name;
-    EXPECT_LE(total.skipped * 8, total.channels) << kLooks[look].name << ": too many samples at jumps to say anything";
-    std::printf("%s: largest error %d, PSNR %.1f dB, %zu skipped\n", kLooks[look].name.data(), total.largest,
+    EXPECT_GE(total.psnr(), kLeastPsnr) << kFieldLooks[look].name;
+    EXPECT_GT(total.drawn, 0u) << kFieldLooks[look].name;
+    EXPECT_LE(total.skipped * 8, total.channels)
+        << kFieldLooks[look].name << ": too many samples at jumps to say anything";
+    std::printf("%s: largest error %d, PSNR %.1f dB, %zu skipped\n", kFieldLooks[look].name.data(), total.largest,
                 total.psnr(), total.skipped);
   }
 }
@@ -82,7 +83,8 @@ TEST_P(FieldTest, IsDrawnAsTheReferenceDraws) {
 // the same for every look: three of them meet a sample, a crossing and an interval between two densities.
 TEST_P(FieldTest, IsTheSameForEveryFinderWalkAndCull) {
   for (const std::string_view name : {"blend", "first-hit lit", "pre-integrated"}) {
-    const auto look = static_cast<std::size_t>(std::ranges::find(kLooks, name, &Look::name) - std::begin(kLooks));
+    const auto look =
+        static_cast<std::size_t>(std::ranges::find(kFieldLooks, name, &FieldLook::name) - std::begin(kFieldLooks));
     const std::vector<View> all_views = viewsOf(look);
     for (std::size_t v = 0; v < all_views.size(); ++v) {
       const View& view = all_views[v];
