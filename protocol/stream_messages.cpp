@@ -144,19 +144,17 @@ std::string statsMessage(std::uint64_t id, std::uint64_t seq, const RenderStats&
 std::string pongMessage(double time) { return writeJson({{"type", "pong"}, {"t", time}}); }
 
 std::vector<std::byte> frameHead(const FrameHeader& header) {
-  const std::string text = writeJson({{"id", header.id},
-                                      {"seq", header.seq},
-                                      {"width", header.width},
-                                      {"height", header.height},
-                                      {"format", header.format},
-                                      {"level", header.level},
-                                      {"final", header.final},
-                                      {"complete", header.complete},
-                                      {"scale", header.scale},
-                                      {"samples", header.samples},
-                                      {"gpu_ms", header.gpu_ms},
-                                      {"encode_ms", header.encode_ms},
-                                      {"dropped", header.dropped}});
+  json members = {{"id", header.id},           {"seq", header.seq},           {"width", header.width},
+                  {"height", header.height},   {"format", header.format},     {"level", header.level},
+                  {"final", header.final},     {"complete", header.complete}, {"scale", header.scale},
+                  {"samples", header.samples}, {"gpu_ms", header.gpu_ms},     {"encode_ms", header.encode_ms},
+                  {"dropped", header.dropped}};
+  if (header.pages) {
+    members["wanted_blocks"] = header.pages->wanted_blocks;
+    members["absent_blocks"] = header.pages->absent_blocks;
+    members["pages_read"] = header.pages->pages_read;
+  }
+  const std::string text = writeJson(members);
   std::vector<std::byte> head(4 + text.size());
   for (std::size_t i = 0; i < 4; ++i) head[i] = static_cast<std::byte>(text.size() >> (8 * i) & 0xff);
   std::memcpy(head.data() + 4, text.data(), text.size());
@@ -168,6 +166,17 @@ std::vector<std::byte> frameMessage(const FrameHeader& header, std::span<const s
   message.insert(message.end(), image.begin(), image.end());
   return message;
 }
+
+namespace {
+
+std::optional<FramePages> readPages(const json& header) {
+  if (!header.contains("pages_read")) return std::nullopt;
+  return FramePages{.wanted_blocks = header.at("wanted_blocks").get<std::uint64_t>(),
+                    .absent_blocks = header.at("absent_blocks").get<std::uint64_t>(),
+                    .pages_read = header.at("pages_read").get<std::uint64_t>()};
+}
+
+}  // namespace
 
 ParsedFrame parseFrameMessage(std::span<const std::byte> message) {
   if (message.size() < 4) failData("frame: {} bytes, at least 4 are needed", message.size());
@@ -188,6 +197,7 @@ ParsedFrame parseFrameMessage(std::span<const std::byte> message) {
                        .level = object.at("level").get<int>(),
                        .final = object.at("final").get<bool>(),
                        .complete = object.at("complete").get<bool>(),
+                       .pages = readPages(object),
                        .scale = object.at("scale").get<double>(),
                        .samples = object.at("samples").get<int>(),
                        .gpu_ms = object.at("gpu_ms").get<double>(),

@@ -64,6 +64,14 @@ std::string errorMessage(const Problem& problem, std::optional<std::uint64_t> id
 std::string statsMessage(std::uint64_t id, std::uint64_t seq, const RenderStats& stats);
 std::string pongMessage(double time);
 
+// What a frame had of voxels that come and go (RenderStats).
+struct FramePages {
+  std::uint64_t wanted_blocks = 0;
+  std::uint64_t absent_blocks = 0;
+  std::uint64_t pages_read = 0;
+  bool operator==(const FramePages&) const = default;
+};
+
 // Server to client, binary: u32 little endian header length | JSON header | image.
 struct FrameHeader {
   std::uint64_t id = 0;   // the newest view that this frame shows
@@ -72,11 +80,12 @@ struct FrameHeader {
   int height = 0;
   std::string format;
   int level = 0;
-  bool final = false;    // full resolution, will not improve
-  bool complete = true;  // nothing is coarser for want of voxels (docs/large.md)
-  double scale = 1;      // of the resolution asked for
-  int samples = 1;       // a pixel, that this frame shows
-  double gpu_ms = 0;     // of all samples that it shows
+  bool final = false;                 // full resolution, will not improve
+  bool complete = true;               // nothing is coarser for want of voxels (docs/large.md)
+  std::optional<FramePages> pages{};  // where they come and go
+  double scale = 1;                   // of the resolution asked for
+  int samples = 1;                    // a pixel, that this frame shows
+  double gpu_ms = 0;                  // of all samples that it shows
   double encode_ms = 0;
   std::uint64_t dropped = 0;  // views that no frame showed, so far
   bool operator==(const FrameHeader&) const = default;

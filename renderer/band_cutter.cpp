@@ -36,7 +36,7 @@ void BandCutter::cutRows() {
   }
   // A cheap band of sky must not make the next one long.
   if (last_rows_ > 0) rows = std::min(rows, kMostGrowth * last_rows_);
-  band_.row_count = std::min({rows, most_rows, limits_.height - band_.row_begin});
+  band_.row_count = std::min({rows, most_rows, most_rows_, limits_.height - band_.row_begin});
   band_.column_begin = 0;
   last_columns_ = 0;
   slowest_of_rows_ = 0;
@@ -54,6 +54,7 @@ void BandCutter::cutColumns() {
       columns = std::min(left, kFirstColumns);
     }
     if (last_columns_ > 0) columns = std::min(columns, kMostGrowth * last_columns_);
+    columns = std::min(columns, most_columns_);
     columns = (columns + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide;
   }
   band_.column_count = std::min(columns, left);
@@ -64,6 +65,11 @@ void BandCutter::cutColumns() {
 void BandCutter::endAt(int row) {
   const bool has_begun = band_.column_begin > 0 || band_.sample_begin > limits_.sample_begin;
   if (!has_begun && row > band_.row_begin) band_.row_count = std::min(band_.row_count, row - band_.row_begin);
+}
+
+void BandCutter::keepWithin(int rows, int columns) {
+  most_rows_ = rows;
+  most_columns_ = columns;
 }
 
 bool BandCutter::ran(double ms) {

@@ -35,6 +35,8 @@ class BandCutter {
   bool ran(double ms);
   // What comes next ends there, if nothing of it has run yet: a row of workgroups, after its first.
   void endAt(int row);
+  // What follows has at most so many rows, or columns of one row of workgroups.
+  void keepWithin(int rows, int columns);
   bool isDone() const { return band_.row_begin >= limits_.height; }
   // What to expect of the next frame: the slowest dispatch's that was not short, or the mean of all. Some must have
   // run. The first of all counts only where there was no other.
@@ -46,6 +48,8 @@ class BandCutter {
 
   BandLimits limits_;
   Band band_;
+  int most_rows_ = kMaxImageSide;
+  int most_columns_ = kMaxImageSide;
   int last_rows_ = 0;
   int last_columns_ = 0;  // of these rows; 0: none yet
   std::optional<double> ms_per_pixel_;

@@ -23,13 +23,7 @@ bool BandPart::narrow() {
   return true;
 }
 
-bool BandPart::next(bool grows) {
-  // Rows are more than those of one workgroup only where columns are all.
-  if (grows && columns_ < band_.column_count) {
-    columns_ = std::min(2 * columns_, band_.column_count);
-  } else if (grows) {
-    rows_ = std::min(2 * rows_, band_.row_count);
-  }
+bool BandPart::next() {
   part_.column_begin += part_.column_count;
   const int columns_end = band_.column_begin + band_.column_count;
   if (part_.column_begin >= columns_end) {

@@ -14,13 +14,16 @@ class BandPart {
   // Half of it: of its rows, or of the columns of one row of workgroups. What follows is as small at first. False where
   // it is a workgroup.
   bool narrow();
-  // What follows in the band, twice as large where `grows`. False where that is nothing.
-  bool next(bool grows);
+  // What follows in the band. False where that is nothing.
+  bool next();
+  // Of a part that was narrowed, or the band's.
+  int rows() const { return rows_; }
+  int columns() const { return columns_; }
 
  private:
   Band band_;
   Band part_;
-  int rows_;  // wished for
+  int rows_;
   int columns_;
 };
 

@@ -41,8 +41,11 @@ double PlannedFrame::runMarking(const Band& part, std::uint32_t fresh_sample, bo
   gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameParams>()[0];
   params.fresh_sample = fresh_sample;
   params.accepts = accepts ? 1 : 0;
-  std::ranges::fill(buffers_.wanted.mappedAs<std::uint32_t>(), 0u);
   moment_ = tools_.pages.nextMoment();
+  // Who waits for nothing asks for all of the frame when it has ended.
+  const bool gathers = order_.as_it_is && begun_moment_ != 0;
+  if (!gathers) std::ranges::fill(buffers_.wanted.mappedAs<std::uint32_t>(), 0u);
+  if (begun_moment_ == 0) begun_moment_ = moment_;
   const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
   const double ms = tools_.bands.run(kernel_, plan_, part, buffers_.params.address(), set);
   frame_.stats.gpu_ms += ms;
@@ -61,10 +64,16 @@ void PlannedFrame::drawPaged() {
       runMarking(part_->at(), is_first ? static_cast<std::uint32_t>(band.sample_begin) : gpu::kNone, accepts);
   WantedBlocks blocks;
   const bool can_come = noteWanted(blocks);
-  if (is_first) {
-    drawn_ms_ = ms;
-    frame_.stats.wanted_blocks += blocks.wanted;
+  if (is_first) drawn_ms_ = ms;
+  if (order_.as_it_is) {
+    part_.reset();
+    frame_.stats.wanted_blocks = blocks.wanted;
+    frame_.stats.absent_blocks = blocks.absent;
+    if (cutter_->ran(drawn_ms_)) readBand(band);
+    if (cutter_->isDone()) bringForNext();
+    return;
   }
+  if (is_first) frame_.stats.wanted_blocks += blocks.wanted;
   if (blocks.absent > 0 && !accepts) {
     brings_pages_ = can_come;
     is_short_ = !can_come;
@@ -73,14 +82,20 @@ void PlannedFrame::drawPaged() {
   }
   frame_.stats.absent_blocks += blocks.absent;
   holdPages(std::nullopt);
-  // Who waits for nothing has others find it.
-  if (order_.as_it_is) {
-    for (PagedVoxels* const voxels : paged_) bringInSome(*voxels, false);
-  }
-  const bool was_short = std::exchange(is_short_, false);
-  if (part_->next(!was_short)) return;
+  is_short_ = false;
+  if (part_->next()) return;
+  // The next band tries as much as this found room for, and as much again.
+  cutter_->keepWithin(std::min(2 * part_->rows(), kMaxImageSide), std::min(2 * part_->columns(), kMaxImageSide));
   part_.reset();
   if (cutter_->ran(drawn_ms_)) readBand(band);
+}
+
+// What a frame lacked that waited for nothing, a piece of it. Nothing gives way for it that the frame has shown: where
+// there is no room for all, some stays coarser, and which does not change from frame to frame.
+void PlannedFrame::bringForNext() {
+  holdPages(begun_moment_);
+  for (PagedVoxels* const voxels : paged_) bringInSome(*voxels, false);
+  holdPages(std::nullopt);
 }
 
 // Says of every block that a ray came to that it was used now. What is absent is wanted; false where nothing is that

@@ -60,6 +60,7 @@ void PlannedFrame::letGo() noexcept {
   part_.reset();
   brings_pages_ = is_short_ = false;
   rows_ahead_ = looks_ = 0;
+  begun_moment_ = 0;
   waits_for_.reset();
   pins_.clear();
   if (std::exchange(holds_, false)) --tools_.under_way.holding;

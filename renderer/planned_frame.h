@@ -76,6 +76,7 @@ class PlannedFrame {
   void aim(const Band& part);
   double runMarking(const Band& part, std::uint32_t fresh_sample, bool accepts);
   bool bringPages();
+  void bringForNext();
   struct WantedBlocks {
     std::uint64_t wanted = 0;
     std::uint64_t absent = 0;
@@ -118,11 +119,12 @@ class PlannedFrame {
 
   // Of voxels that come and go: each drawn channel's.
   std::vector<PagedVoxels*> paged_;
-  std::optional<BandPart> part_;  // of the band at hand, once it was drawn: some of its pixels lacked something
-  double drawn_ms_ = 0;           // of that, when it was drawn first
-  std::uint64_t moment_ = 0;      // when rays looked last
-  bool brings_pages_ = false;     // what they lacked is on its way
-  bool is_short_ = false;         // of room, and cannot be cut smaller
+  std::optional<BandPart> part_;    // of the band at hand, once it was drawn: some of its pixels lacked something
+  double drawn_ms_ = 0;             // of that, when it was drawn first
+  std::uint64_t begun_moment_ = 0;  // when rays looked first
+  std::uint64_t moment_ = 0;        // and last
+  bool brings_pages_ = false;       // what they lacked is on its way
+  bool is_short_ = false;           // of room, and cannot be cut smaller
   std::optional<std::uint64_t> held_moment_ = {};
   int rows_ahead_ = 0;  // how far down it was looked ahead
   int most_rows_ahead_ = kMaxImageSide;

@@ -44,7 +44,8 @@ struct RenderStats {
   std::uint64_t non_finite = 0;
   FinderBuild finder_build{};
   // Where voxels come and go (docs/large.md): times that rays came to blocks, and of these, to blocks whose voxels were
-  // absent and that were shown coarser, band by band and channel by channel.
+  // absent and that were shown coarser, band by band and channel by channel; of a frame that waited for nothing each
+  // block once.
   bool paged = false;
   std::uint64_t wanted_blocks = 0;
   std::uint64_t absent_blocks = 0;

@@ -10,6 +10,12 @@ namespace blockwalk {
 
 OutFrame outFrame(const PaceStep& step, ImageFormat format, MadeFrame made, std::uint64_t seq,
                   std::uint64_t dropped_views) {
+  std::optional<FramePages> pages;
+  if (made.stats.paged) {
+    pages = FramePages{.wanted_blocks = made.stats.wanted_blocks,
+                       .absent_blocks = made.stats.absent_blocks,
+                       .pages_read = made.stats.pages_read};
+  }
   const FrameHeader header{.id = step.id,
                            .seq = seq,
                            .width = made.width,
@@ -18,6 +24,7 @@ OutFrame outFrame(const PaceStep& step, ImageFormat format, MadeFrame made, std:
                            .level = made.stats.level,
                            .final = step.is_last,
                            .complete = made.stats.isComplete(),
+                           .pages = pages,
                            .scale = step.scale,
                            .samples = step.samples_end,
                            .gpu_ms = made.stats.gpu_ms,

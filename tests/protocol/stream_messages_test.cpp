@@ -124,6 +124,13 @@ TEST(Frames, AreReadBack) {
   EXPECT_TRUE(std::equal(parsed.image.begin(), parsed.image.end(), image.begin(), image.end()));
 }
 
+TEST(Frames, SayWhatCameAndWent) {
+  FrameHeader header = sampleHeader();
+  header.complete = false;
+  header.pages = FramePages{.wanted_blocks = 70, .absent_blocks = 3, .pages_read = 12};
+  EXPECT_EQ(parseFrameMessage(frameMessage(header, {})).header, header);
+}
+
 TEST(Frames, HaveGoldenBytes) {
   const std::vector<std::byte> image{std::byte{0xff}};
   const auto message = frameMessage(sampleHeader(), image);

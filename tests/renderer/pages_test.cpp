@@ -198,6 +198,26 @@ TEST_F(PagesTest, WhatIsNotWaitedForComesMeanwhile) {
   EXPECT_EQ(frame.pixels, complete.pixels);
 }
 
+// Where what is seen takes more than there is room for, nothing comes and goes for ever.
+TEST_F(PagesTest, WhatIsNotWaitedForDoesNotFlicker) {
+  Scene scene = makeScene(*ball(200), kSmallBlocks);
+  start(scene.path, 1024 * kKib);
+  View view = finest(300);  // of several bands
+  view.filter = Filter::linear;
+  view.channels[0].transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0},
+                               {.value = 255, .color = {1, 1, 1}, .opacity = 0.02}};
+  Frame frame = drawAsItIs(view);
+  int still = 0;  // frames that brought nothing
+  for (int i = 0; i < 600 && still < 50; ++i) {
+    Frame next = drawAsItIs(view);
+    still = next.stats.pages_read == 0 && next.pixels == frame.pixels ? still + 1 : 0;
+    frame = std::move(next);
+  }
+  EXPECT_EQ(still, 50);
+  EXPECT_GT(frame.stats.absent_blocks, 0u);
+  EXPECT_GT(bytesOf("voxels"), 512 * kKib);
+}
+
 TEST_F(PagesTest, RefinementInStepsIsThatOfAllVoxels) {
   Scene scene = makeScene(*ball(150), kSmallBlocks);
   start(scene.path, 1024 * kKib);
