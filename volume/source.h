@@ -28,7 +28,7 @@ struct SourceChannel {
 
 struct SourceInfo {
   std::string name;    // for people and messages: file name without folders
-  std::string format;  // "raw", "nrrd", "metaimage", "png", "tiff", "demo"
+  std::string format;  // "raw", "nrrd", "metaimage", "png", "tiff", "prism", "demo"
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   glm::dmat4 world_from_index{1.0};
@@ -36,6 +36,7 @@ struct SourceInfo {
   std::string space = {};        // what its axes are
   std::vector<SourceChannel> channels = std::vector<SourceChannel>(1);  // 1..kMaxChannels, all of `type`
   bool random_access = false;                                           // rows may be asked for in any order
+  std::string note = {};  // for people who import it: what the source leaves open; empty mostly
 };
 
 // Bytes of a row of voxels in one channel.

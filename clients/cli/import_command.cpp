@@ -71,6 +71,7 @@ struct ImportCommand {
     const auto begun = std::chrono::steady_clock::now();
     BuildReport report;
     std::optional<std::uint64_t> verified;
+    std::string note;
     {
       Progress progress;
       build_options.progress = [&](std::string_view step, std::uint64_t done, std::uint64_t total) {
@@ -82,11 +83,14 @@ struct ImportCommand {
           verified = verifyVolume(*openSource(paths, import_options), complete, build_options.progress);
         };
       }
-      report = buildVolume(*openSource(paths, import_options), build.output, build_options);
+      const auto source = openSource(paths, import_options);
+      note = source->info().note;
+      report = buildVolume(*source, build.output, build_options);
     }
     printBuildReport(report, build.output,
                      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
     printValues(report.info);
+    if (!note.empty()) fmt::print("  note               {}\n", note);
     if (verified) fmt::print("  verified           {} voxels\n", *verified);
   }
 
@@ -108,7 +112,7 @@ void addImportCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("import", "Make a volume from image files");
   command
       ->add_option("SOURCE", import->sources,
-                   "NRRD, MetaImage, raw or TIFF file, PNG or TIFF slices, or a folder of slices")
+                   "NRRD, MetaImage, raw or TIFF file, PNG or TIFF slices, or a folder of slices or of PRISM's bricks")
       ->required();
   command->add_option("--dims", import->dims, "raw: size in voxels; PNG: size of the slices tiled on one image")
       ->type_name("XxYxZ");

@@ -37,13 +37,25 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
   const FileKind kind = fileKind(*file);
   if (kind == FileKind::png || kind == FileKind::tiff) return openStack({path}, file->name(), options);
   if (kind == FileKind::unknown) {
-    failData("{}: is no NRRD, MetaImage, PNG or TIFF file; raw data needs --dims and --type", file->name());
+    failData("{}: is no NRRD, MetaImage, PNG, TIFF or PRISM file; raw data needs --dims and --type", file->name());
   }
   if (options.dims || options.type || options.big_endian || options.skip_bytes > 0 || options.planar) {
     failData("{}: says its size and type itself; leave --dims, --type, --big-endian, --skip and --planar out",
              file->name());
   }
+  if (kind == FileKind::prism) return openPrism(file, options);
   return kind == FileKind::nrrd ? openNrrd(file, options) : openMetaImage(file, options);
+}
+
+// Of bricks, or of slices, whatever else lies there.
+std::unique_ptr<Source> openFolder(const std::filesystem::path& path, const ImportOptions& options) {
+  const auto metadata = path / "metadata.json";
+  std::error_code absent;
+  if (std::filesystem::is_regular_file(metadata, absent) && fileKind(InputFile(metadata)) == FileKind::prism) {
+    return openFile(metadata, options);
+  }
+  const auto folder = std::filesystem::absolute(path / "").parent_path();
+  return openStack(slicesInFolder(path), folder.filename().string(), options);
 }
 
 }  // namespace
@@ -52,9 +64,7 @@ std::unique_ptr<Source> openSource(const Paths& paths, const ImportOptions& opti
   if (paths.empty()) failData("no file to import is named");
   if (options.channels == ChannelRule::separate) return openSeparate(paths, options);
   if (paths.size() == 1) {
-    if (!std::filesystem::is_directory(paths[0])) return openFile(paths[0], options);
-    const auto folder = std::filesystem::absolute(paths[0] / "").parent_path();
-    return openStack(slicesInFolder(paths[0]), folder.filename().string(), options);
+    return std::filesystem::is_directory(paths[0]) ? openFolder(paths[0], options) : openFile(paths[0], options);
   }
   Paths slices = paths;
   std::sort(slices.begin(), slices.end(), [](const auto& a, const auto& b) {

@@ -34,7 +34,7 @@ struct ImportOptions {
 };
 
 // One file, or the slices of a stack in any order (they are sorted naturally: slice2 before slice10), or one folder of
-// slices. Where each source is a channel, each of the paths is one of these. Throws DataError.
+// slices or of PRISM's bricks. Where each source is a channel, each of the paths is one of these. Throws DataError.
 std::unique_ptr<Source> openSource(const std::vector<std::filesystem::path>& paths, const ImportOptions& options);
 
 }  // namespace blockwalk

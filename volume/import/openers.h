@@ -14,6 +14,8 @@ namespace blockwalk {
 std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+// The file is the folder's metadata.json.
+std::unique_ptr<Source> openPrism(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 
 // Each path is a source of its own and a channel.
 std::unique_ptr<Source> openSeparate(const std::vector<std::filesystem::path>& paths, const ImportOptions& options);

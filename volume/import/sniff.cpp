@@ -22,6 +22,15 @@ bool startsLikeMetaImage(std::string_view text) {
   return false;
 }
 
+// JSON that begins with an object of one of its fields.
+bool startsLikePrism(std::string_view text) {
+  if (!trimmed(text).starts_with('{')) return false;
+  for (const std::string_view known : {"\"bricks\"", "\"globalSize\"", "\"minLevel\"", "\"octree\""}) {
+    if (text.find(known) != std::string_view::npos) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 FileKind fileKind(const InputFile& file) {
@@ -34,6 +43,7 @@ FileKind fileKind(const InputFile& file) {
     if (start.starts_with(magic)) return FileKind::tiff;
   }
   if (startsLikeMetaImage(start)) return FileKind::metaimage;
+  if (startsLikePrism(start)) return FileKind::prism;
   return FileKind::unknown;
 }
 

@@ -6,7 +6,7 @@
 
 namespace blockwalk {
 
-enum class FileKind { unknown, nrrd, metaimage, png, tiff };
+enum class FileKind { unknown, nrrd, metaimage, png, tiff, prism };
 
 FileKind fileKind(const InputFile& file);
 
