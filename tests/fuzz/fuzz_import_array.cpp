@@ -74,5 +74,10 @@ std::vector<std::string> fuzzSeeds() {
       "nan\nencoding: raw\n\n" +
           voxels,
       packed(voxels, MAX_WBITS + 16),
+      nrrd +
+          "space origin: (1,2,3)\nblockwalk.corner:=0.5 1.5 2.5\nblockwalk.space:=a \\\\ b\nblockwalk.length_unit:=mm\n"
+          "blockwalk.channel.0.color:=00ff7f\nblockwalk.channel.0.value_scale:=0.5\n"
+          "blockwalk.channel.0.value_offset:=-1e3\nblockwalk.channel.0.unit:=HU\nencoding: raw\n\n" +
+          voxels,
   };
 }

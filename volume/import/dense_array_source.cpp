@@ -67,6 +67,15 @@ class SampleArray final : public Source {
   std::vector<std::byte> samples_;
 };
 
+// Values of `said` are maps from samples, those of `channel` so far the way from stored values to samples.
+void describeAs(const SourceChannel& said, bool has_name, SourceChannel& channel) {
+  if (has_name) channel.name = said.name;
+  if (!said.unit.empty()) channel.unit = said.unit;
+  channel.color = said.color;
+  channel.value_offset = said.value_offset + said.value_scale * channel.value_offset;
+  channel.value_scale *= said.value_scale;
+}
+
 }  // namespace
 
 std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options,
@@ -75,6 +84,9 @@ std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptio
   const auto describe = [&](const ChannelConverter& converter) {
     converter.describe(info, options);
     for (SourceChannel& channel : info.channels) channel.unit = array.unit;
+    if (array.channels.size() != info.channels.size()) return;
+    const bool has_names = info.channels.size() > 1 && options.channel_names.empty();
+    for (std::size_t i = 0; i < info.channels.size(); ++i) describeAs(array.channels[i], has_names, info.channels[i]);
   };
   if (array.order == ArrayOrder::planes && array.format.channels > 1) {
     if (!bytes->randomAccess()) {

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "volume/import/byte_reader.h"
 #include "volume/import/convert/sample.h"
@@ -22,6 +23,8 @@ struct SampleArrayInfo {
   bool is_color = true;  // what several samples a voxel are where the options leave it open
   ArrayOrder order = ArrayOrder::voxels;
   std::string unit = {};  // of data values
+  // What the source says of each channel; nothing, or passed over where the options make other channels of the samples.
+  std::vector<SourceChannel> channels = {};
 };
 
 // Throws DataError for planes in compressed data, which would have to be unpacked once a row.

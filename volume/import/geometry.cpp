@@ -34,7 +34,13 @@ glm::dmat4 worldFromIndex(const Geometry& geometry, const std::optional<glm::dve
     }
   }
   glm::dvec3 corner{0};
-  if (geometry.first_center) corner = *geometry.first_center - 0.5 * (axes[0] + axes[1] + axes[2]);
+  if (geometry.first_center) {
+    const glm::dvec3 half = 0.5 * (axes[0] + axes[1] + axes[2]);
+    corner = *geometry.first_center - half;
+    const glm::dvec3 rounding = 1e-15 * (glm::abs(*geometry.first_center) + glm::abs(half));
+    const glm::dvec3 exact = geometry.corner.value_or(corner);
+    if (glm::all(glm::lessThanEqual(glm::abs(exact - corner), rounding))) corner = exact;
+  }
   for (int i = 0; i < 3; ++i) {
     if (!std::isfinite(corner[i])) failData("{}: {}: the origin {} is not finite", source, field, corner[i]);
   }

@@ -12,9 +12,11 @@ namespace blockwalk {
 
 // axes[i] is the world step from one sample to the next along index axis i. `first_center` is the world position of the
 // first sample's centre, which is index (0.5, 0.5, 0.5); without it index (0, 0, 0) lies at the world's origin.
+// `corner` is where that index lies to the last digit: taken where `first_center` says the same but for rounding.
 struct Geometry {
   std::array<glm::dvec3, 3> axes{glm::dvec3{1, 0, 0}, glm::dvec3{0, 1, 0}, glm::dvec3{0, 0, 1}};
   std::optional<glm::dvec3> first_center;
+  std::optional<glm::dvec3> corner = std::nullopt;
 };
 
 // `spacing` replaces the lengths of the axes. Throws DataError, naming `source` and `field`, where the axes are not

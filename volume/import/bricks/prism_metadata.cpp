@@ -26,9 +26,9 @@ std::string readText(const InputFile& file) {
   return text;
 }
 
-class Reader {
+class PrismReader {
  public:
-  explicit Reader(const InputFile& file) : name_(file.name()), text_(readText(file)), json_(text_, name_) {}
+  explicit PrismReader(const InputFile& file) : name_(file.name()), text_(readText(file)), json_(text_, name_) {}
 
   PrismMetadata read() {
     json_.object("metadata", [&](std::string_view key) { member(key); });
@@ -196,6 +196,6 @@ const Brick* PrismMetadata::brickAt(glm::ivec3 voxel) const {
   return &*(behind - 1);
 }
 
-PrismMetadata readPrismMetadata(const InputFile& file) { return Reader(file).read(); }
+PrismMetadata readPrismMetadata(const InputFile& file) { return PrismReader(file).read(); }
 
 }  // namespace blockwalk

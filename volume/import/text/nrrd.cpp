@@ -89,7 +89,8 @@ std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const Im
                           .format = header.format,
                           .is_color = header.is_color,
                           .order = header.order,
-                          .unit = header.sample_unit},
+                          .unit = header.sample_unit,
+                          .channels = header.channels},
                          options, std::move(bytes));
 }
 

@@ -7,10 +7,12 @@
 #include <map>
 #include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "volume/error.h"
 #include "volume/import/header_text.h"
+#include "volume/import/text/nrrd_keys.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
@@ -32,7 +34,8 @@ std::string canonicalField(std::string name) {
   return name;
 }
 
-Fields readFields(const InputFile& file, NrrdHeader& header) {
+// `own`: the keys with our prefix.
+Fields readFields(const InputFile& file, NrrdHeader& header, Fields& own) {
   HeaderLines lines(file);
   const auto magic = lines.next();
   if (!magic || magic->size() != 8 || !magic->starts_with("NRRD000") || (*magic)[7] < '1' || (*magic)[7] > '5') {
@@ -44,7 +47,11 @@ Fields readFields(const InputFile& file, NrrdHeader& header) {
     if (line->starts_with('#')) continue;
     const std::size_t colon = line->find(':');
     if (colon == std::string_view::npos) failData("{}: header line '{}' is no field", file.name(), line->substr(0, 80));
-    if (line->substr(colon).starts_with(":=")) continue;  // a key of the user's own
+    if (line->substr(colon).starts_with(":=")) {  // a key of the user's own, or of ours
+      const std::string_view key = line->substr(0, colon);
+      if (key.starts_with(kNrrdKeyPrefix)) own.emplace(key.substr(kNrrdKeyPrefix.size()), line->substr(colon + 2));
+      continue;
+    }
     const std::string name = canonicalField(lowerCase(trimmed(line->substr(0, colon))));
     const bool added = fields.emplace(name, trimmed(line->substr(colon + 1))).second;
     if (!added) failData("{}: {}: the field stands in the header twice", file.name(), name);
@@ -55,7 +62,7 @@ Fields readFields(const InputFile& file, NrrdHeader& header) {
 
 class NrrdReader {
  public:
-  explicit NrrdReader(const InputFile& file) : file_(file), fields_(readFields(file, header_)) {}
+  explicit NrrdReader(const InputFile& file) : file_(file), fields_(readFields(file, header_, own_)) {}
 
   NrrdHeader read() {
     readEncoding();
@@ -63,6 +70,7 @@ class NrrdReader {
     readSizes();
     readGeometry();
     readUnits();
+    readKeys();
     return header_;
   }
 
@@ -87,6 +95,7 @@ class NrrdReader {
   void readSizes();
   void readGeometry();
   void readUnits();
+  void readKeys();
   std::string kindOf(std::size_t axis) const;
   bool firstAxisIsColor(const std::vector<std::int64_t>& sizes) const;
   bool isChannels(const std::vector<std::int64_t>& sizes, std::size_t axis) const;
@@ -96,6 +105,7 @@ class NrrdReader {
 
   const InputFile& file_;
   NrrdHeader header_;
+  Fields own_;
   Fields fields_;
   std::size_t axis_count_ = 0;
   std::size_t first_space_axis_ = 0;  // 1 when axis 0 is the samples of a voxel
@@ -350,6 +360,16 @@ void NrrdReader::readUnits() {
     unit = own;
   }
   header_.length_unit = unit;
+}
+
+// What our own keys say goes before the fields, which could not hold it.
+void NrrdReader::readKeys() {
+  const bool is_one = header_.is_color && header_.format.channels > 1;
+  NrrdKeys keys = readNrrdKeys(own_, is_one ? 1 : static_cast<std::size_t>(header_.format.channels), file_.name());
+  if (!keys.space.empty()) header_.space = std::move(keys.space);
+  if (!keys.length_unit.empty()) header_.length_unit = std::move(keys.length_unit);
+  header_.geometry.corner = keys.corner;
+  header_.channels = std::move(keys.channels);
 }
 
 }  // namespace

@@ -4,11 +4,13 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "volume/import/convert/sample.h"
 #include "volume/import/dense_array_source.h"
 #include "volume/import/geometry.h"
 #include "volume/import/input_file.h"
+#include "volume/source.h"
 
 namespace blockwalk {
 
@@ -23,6 +25,7 @@ struct NrrdHeader {
   std::string space;        // the field's text; empty where it is missing
   std::string length_unit;  // where all axes of space have the same
   std::string sample_unit;
+  std::vector<SourceChannel> channels;  // what keys of our own say of each; of a colour there is one
   NrrdEncoding encoding = NrrdEncoding::raw;
   std::string data_file;         // empty: the data follows the header
   std::uint64_t data_begin = 0;  // attached: offset behind the header

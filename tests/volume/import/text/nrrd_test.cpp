@@ -198,5 +198,44 @@ TEST(ImportNrrd, RefusesEveryCutOfAFile) {
   }
 }
 
+// What export writes where a field cannot hold it.
+TEST(ImportNrrd, TakesOurOwnKeys) {
+  const Scratch scratch;
+  const auto with = [&](const std::string& keys) {
+    return scratch.write("a.nrrd",
+                         "NRRD0005\ntype: short\ndimension: 4\nsizes: 1 1 1 2\nkinds: domain domain domain list\n"
+                         "space origin: (0.5,100.5,0.5)\nendian: little\nencoding: raw\n" +
+                             keys + "\nabcd");
+  };
+  const SourceInfo info = openSource({with("blockwalk.space:=of \\\\ mine\nblockwalk.length_unit:= a b \n"
+                                           "blockwalk.corner:=0 100 1e-17\nblockwalk.channel.0.name:=one\n"
+                                           "blockwalk.channel.1.unit:=HU\nblockwalk.channel.1.color:=0aff80\n"
+                                           "blockwalk.channel.1.value_scale:=0.5\nblockwalk.channel.1.value_offset:=3\n"
+                                           "blockwalk.channel.7.color:=nonsense\nkey:=value\n")},
+                                     {})
+                              ->info();
+  EXPECT_EQ(info.space, "of \\ mine");
+  EXPECT_EQ(info.length_unit, " a b ");
+  EXPECT_EQ(info.channels[0].name, "one");
+  EXPECT_EQ(info.channels[0].value_offset, -32768) << "of short";
+  EXPECT_EQ(info.channels[1].unit, "HU");
+  EXPECT_EQ(info.channels[1].color, (std::array<std::uint8_t, 3>{0x0a, 0xff, 0x80}));
+  EXPECT_EQ(info.channels[1].value_scale, 0.5);
+  EXPECT_EQ(info.channels[1].value_offset, 3 - 16384);
+  EXPECT_EQ(info.world_from_index[3], glm::dvec4(0, 100, 1e-17, 1));
+  EXPECT_EQ(openSource({with("blockwalk.corner:=0 99 1e-17\n")}, {})->info().world_from_index[3],
+            glm::dvec4(0, 100, 0, 1))
+      << "the origin has moved since";
+  ImportOptions named;
+  named.channel_names = {"a", "b"};
+  EXPECT_EQ(openSource({with("blockwalk.channel.0.name:=one\n")}, named)->info().channels[0].name, "a");
+  for (const char* bad : {"corner:=1 2", "corner:=1 2 inf", "channel.0.value_scale:=x", "channel.0.value_offset:=nan",
+                          "channel.1.color:=12345", "channel.1.color:=12345g"}) {
+    const std::string key = std::string(bad).substr(0, std::string(bad).find(':'));
+    EXPECT_THAT(refusal({with("blockwalk." + std::string(bad) + "\n")}), HasSubstr("blockwalk." + key + ": "));
+  }
+  EXPECT_THAT(refusal({with("blockwalk.channel.1.unit:=" + std::string(1025, 'u') + "\n")}), HasSubstr("1025 bytes"));
+}
+
 }  // namespace
 }  // namespace blockwalk
