@@ -25,6 +25,7 @@ House blockwalk() {
            {"volume/build", {"volume", "volume/file"}, neither},
            {"volume/demo", {"volume"}, neither},
            {"volume/import", {"volume"}, neither},
+           {"volume/export", {"volume", "volume/file", "volume/build"}, neither},
            {"view", {"volume"}, neither},
            {"protocol", {"view", "volume"}, neither},
            {"shaders", {}, neither},

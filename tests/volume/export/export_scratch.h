@@ -1,0 +1,95 @@
+// SPDX-License-Identifier: Apache-2.0
+// Volumes to export, and what importing the result gives.
+#pragma once
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <set>
+#include <sstream>
+#include <string>
+#include <vector>
+
+#include "tests/volume/file/file_contents.h"
+#include "tests/volume/memory_source.h"
+#include "volume/build/builder.h"
+#include "volume/error.h"
+#include "volume/export/export.h"
+#include "volume/import/import.h"
+
+namespace blockwalk::volume_test {
+
+// The flags that the report names, as the command line reads them.
+struct ImportFlags {
+  ImportOptions source;
+  BuildOptions build;
+};
+
+inline ImportFlags readFlags(const std::string& text) {
+  ImportFlags flags;
+  std::istringstream words(text);
+  std::string word;
+  const auto numbers = [&] {
+    std::vector<double> result;
+    std::string list;
+    words >> list;
+    std::istringstream items(list);
+    for (std::string item; std::getline(items, item, list.find('x') == std::string::npos ? ',' : 'x');) {
+      result.push_back(std::stod(item));
+    }
+    return result;
+  };
+  while (words >> word) {
+    if (word == "--dims") {
+      const auto dims = numbers();
+      flags.source.dims = glm::ivec3(glm::dvec3(dims.at(0), dims.at(1), dims.at(2)));
+    } else if (word == "--type") {
+      flags.source.type.emplace();
+      words >> *flags.source.type;
+    } else if (word == "--spacing") {
+      const auto spacing = numbers();
+      flags.source.spacing = glm::dvec3(spacing.at(0), spacing.at(1), spacing.at(2));
+    } else if (word == "--channels") {
+      words >> flags.source.raw_channels;
+    } else if (word == "--planar") {
+      flags.source.planar = true;
+    } else if (word == "--empty") {
+      flags.build.empty_thresholds = numbers();
+    } else if (word == "--values") {
+      words >> word;
+      flags.build.values = word == "labels" ? ValuesRule::labels : ValuesRule::intensity;
+    } else {
+      ADD_FAILURE() << "a flag that is not known: " << word;
+    }
+  }
+  return flags;
+}
+
+// Imports `path` with the flags of its report into `volume`.
+inline void importAgain(const std::filesystem::path& path, const ExportReport& report,
+                        const std::filesystem::path& volume, int subblock_side = 8) {
+  ImportFlags flags = readFlags(report.import_flags);
+  flags.build.subblock_side = subblock_side;
+  flags.build.block_side = 3;
+  buildVolume(*openSource({path}, flags.source), volume, flags.build);
+}
+
+inline std::set<std::string> namesIn(const std::filesystem::path& folder) {
+  std::set<std::string> names;
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) names.insert(entry.path().filename().string());
+  return names;
+}
+
+// The message of the DataError that exporting throws, or "no error".
+inline std::string exportRefusal(const std::filesystem::path& volume, const std::filesystem::path& out,
+                                 const ExportOptions& options) {
+  try {
+    exportVolume(VolumeFile(volume), out, options);
+  } catch (const DataError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+}  // namespace blockwalk::volume_test

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+// Dense voxels of a level, a box at a time.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "volume/export/voxel_box.h"
+#include "volume/file/file.h"
+
+namespace blockwalk {
+
+// Memory: the records of the level and one block. `file` must outlive it. Throws what VolumeFile throws.
+class BoxReader {
+ public:
+  BoxReader(const VolumeFile& file, int level);
+
+  // Voxels of one channel, x fastest: voxels() * voxelBytes(). What is not stored has the channel's empty value. The
+  // box lies inside the level; each block that it touches is read once.
+  void read(int channel, const VoxelBox& box, std::span<std::byte> out);
+
+ private:
+  const Block* find(glm::ivec3 origin) const;
+  void copyBlock(int channel, const Block& block, const VoxelBox& box, std::span<std::byte> out);
+
+  const VolumeFile& file_;
+  int level_number_;
+  std::size_t voxel_bytes_;
+  Level level_;
+  std::vector<std::uint64_t> codes_;  // of the blocks
+  std::vector<std::byte> block_;
+};
+
+}  // namespace blockwalk

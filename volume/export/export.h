@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: Apache-2.0
+// Writes a box of a level of a volume for other programs: the way back of volume/import. Data flows so:
+//
+//   VolumeFile  blocks of a level, packed, empty ones not there
+//       | BoxReader: a piece at a time, dense
+//   planes.h (NRRD, raw) or prism.h (bricks in hierarchical Z order)
+//       | OutputFile, OutputFolder: whole or not at all
+//
+// Voxels that are stored come out bit for bit, also those that are empty; the others, which are all empty, as the empty
+// value of their channel (emptyValue(), the data value 0 where that is empty). Runs of zeros become holes of the file.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "volume/export/voxel_box.h"
+#include "volume/file/file.h"
+
+namespace blockwalk {
+
+enum class ExportFormat { nrrd, raw, prism };
+
+struct ExportOptions {
+  ExportFormat format = ExportFormat::nrrd;
+  int level = 0;
+  std::optional<VoxelBox> box = std::nullopt;  // voxels of the level; else all of it
+  std::vector<int> channels = {};              // in the order that they are written; else all
+  // Step name ("write"), work done and work in all; called often, from the calling thread.
+  std::function<void(std::string_view step, std::uint64_t done, std::uint64_t total)> progress = nullptr;
+};
+
+struct ExportReport {
+  glm::ivec3 dims{0};
+  std::size_t channels = 1;
+  std::uint64_t bytes = 0;              // of all that was written, holes too
+  std::string import_flags = {};        // with which `blockwalk import` makes the same voxels again
+  std::vector<std::string> notes = {};  // what the format has no place for
+};
+
+// Writes `path` under a temporary name and renames it when complete; what fails leaves nothing. A file that is there is
+// replaced, a folder is not. Memory: the level's records, and some 64 MiB whatever the volume's size. Throws DataError
+// for what the file or the options get wrong, std::system_error for the disk.
+ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& path, const ExportOptions& options);
+
+}  // namespace blockwalk
