@@ -8,6 +8,7 @@
 namespace blockwalk {
 
 void addDemoCommand(CLI::App& app);
+void addExportCommand(CLI::App& app);
 void addImportCommand(CLI::App& app);
 void addInfoCommand(CLI::App& app);
 void addRenderCommand(CLI::App& app);

@@ -64,6 +64,22 @@ glm::ivec3 parseDims(std::string_view flag, std::string_view text) {
   return dims;
 }
 
+VoxelBox parseBox(std::string_view flag, std::string_view text) {
+  const auto parts = split(text, ',');
+  VoxelBox box;
+  bool is_right = parts.size() == 6;
+  for (std::size_t i = 0; i < 6 && is_right; ++i) {
+    const int number = wholeNumber<int>(parts[i]).value_or(-1);
+    is_right = number >= 0 && number <= kMaxDim;
+    (i < 3 ? box.begin : box.end)[static_cast<int>(i % 3)] = number;
+  }
+  if (!is_right || glm::any(glm::greaterThanEqual(box.begin, box.end))) {
+    throw UsageError(fmt::format("{}: '{}' must be x0,y0,z0,x1,y1,z1, each 0..{}, the first three below the others",
+                                 flag, text, kMaxDim));
+  }
+  return box;
+}
+
 glm::dvec3 parseSpacing(std::string_view flag, std::string_view text) {
   const auto parts = split(text, ',');
   glm::dvec3 spacing{0};

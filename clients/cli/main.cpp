@@ -29,12 +29,13 @@ int run(int argc, char** argv) {
   app.footer("Exit codes: 0 done, 1 the work failed, 2 wrong usage.");
   blockwalk::addDemoCommand(app);
   blockwalk::addImportCommand(app);
+  blockwalk::addExportCommand(app);
   blockwalk::addInfoCommand(app);
   blockwalk::addRenderCommand(app);
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty())
-      throw blockwalk::UsageError("name a command: demo, import, info or render; see --help");
+      throw blockwalk::UsageError("name a command: demo, import, export, info or render; see --help");
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version

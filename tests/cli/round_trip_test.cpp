@@ -224,6 +224,36 @@ TEST(RoundTrip, ReportsWhatConversionChanged) {
   EXPECT_THAT(outcome.out, HasSubstr("largest rounding   1.49"));
 }
 
+// With the flags that an export names, import makes the same voxels again.
+TEST(RoundTrip, AnExportComesBackWithTheFlagsThatItNames) {
+  const Workplace place;
+  ASSERT_EQ(place.run("demo tissue -o v.bwv --size 50").exit_code, 0);
+  const json volume = infoOf(place, "v.bwv");
+  const std::pair<const char*, const char*> cases[] = {
+      {"a.nrrd", ""}, {"a.raw", ""}, {"a", "--format nrrd --channels 2,0"}, {"a.prism", "--channels 1"}};
+  for (const auto& [out, flags] : cases) {
+    const Outcome made = place.run("export v.bwv -o " + std::string(out) + " " + flags);
+    ASSERT_EQ(made.exit_code, 0) << made.error;
+    const std::string label = "import again with  ";
+    const std::size_t begin = made.out.find(label) + label.size();
+    const std::string again = made.out.substr(begin, made.out.find('\n', begin) - begin);
+    const Outcome back = place.run("import " + std::string(out) + " -o w.bwv --verify " + again);
+    ASSERT_EQ(back.exit_code, 0) << back.error;
+    const json info = infoOf(place, "w.bwv");
+    EXPECT_EQ(info["dims"], volume["dims"]);
+    EXPECT_EQ(info["type"], volume["type"]);
+    const bool is_whole = std::string(flags).empty();
+    EXPECT_EQ(info["levels"] == volume["levels"], is_whole) << out;
+  }
+  EXPECT_EQ(infoOf(place, "w.bwv")["nonempty_voxels"], volume["channels"][1]["nonempty_voxels"]);
+  const Outcome cut = place.run("export v.bwv -o cut.raw --level 1 --box 3,2,1,13,12,11");
+  ASSERT_EQ(cut.exit_code, 0) << cut.error;
+  EXPECT_THAT(cut.out, HasSubstr("cut.raw: 10 x 10 x 10 voxels of 3 x u16"));
+  EXPECT_EQ(place.read("cut.raw").size(), 6000u);
+  EXPECT_EQ(place.run("export v.bwv -o cut.raw --level 1 --box 0,0,0,26,1,1").exit_code, 1) << "25 voxels wide";
+  EXPECT_EQ(place.run("export v.bwv -o a.prism --channels 1").exit_code, 1) << "is there already";
+}
+
 TEST(RoundTrip, AFailedImportKeepsTheOldFile) {
   const Workplace place;
   place.write("in.raw", ballVoxels<std::uint8_t>(100, 0));

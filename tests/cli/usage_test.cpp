@@ -23,7 +23,7 @@ struct BadUse {
 };
 
 const BadUse kBadUses[] = {
-    {"", 2, "demo, import, info or render"},
+    {"", 2, "demo, import, export, info or render"},
     {"teapot", 2, "teapot"},
     {"bench masks", 2, "bench"},
     {"--nonsense", 2, "nonsense"},
@@ -59,6 +59,18 @@ const BadUse kBadUses[] = {
     {"import data.raw -o a.bwv --dims 4x4x4 --type u8 --skip -1", 2, "--skip"},
     {"import data.raw -o data.raw --dims 4x4x4 --type u8", 2, "data.raw"},
     {"import . -o a.bwv", 1, "no PNG or TIFF"},
+    {"export", 2, "FILE"},
+    {"export data.raw", 2, "-o"},
+    {"export data.raw -o a.nrrd", 1, "data.raw"},
+    {"export data.raw -o a.bwv", 2, "-o: 'a.bwv' ends on none of .nrrd .raw .prism"},
+    {"export data.raw -o a --format tiff", 2, "--format"},
+    {"export data.raw -o data.raw", 2, "-o: data.raw is the volume to export"},
+    {"export data.raw -o a.raw --level 18", 2, "--level"},
+    {"export data.raw -o a.raw --box 0,0,0,1,1", 2, "--box: '0,0,0,1,1' must be x0,y0,z0,x1,y1,z1"},
+    {"export data.raw -o a.raw --box 0,0,0,1,0,1", 2, "--box"},
+    {"export data.raw -o a.raw --box 0,0,0,1,1,65537", 2, "--box"},
+    {"export data.raw -o a.raw --box=-1,0,0,1,1,1", 2, "--box"},
+    {"export data.raw -o a.raw --channels 0,0", 2, "--channels"},
     {"info", 2, "FILE|URL"},
     {"info absent.bwv", 1, "absent.bwv"},
     {"info data.raw", 1, "data.raw"},
