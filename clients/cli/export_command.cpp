@@ -61,7 +61,7 @@ struct ExportCommand {
     }
     const std::string several = report.channels > 1 ? fmt::format("{} x ", report.channels) : "";
     fmt::print("{}: {} x {} x {} voxels of {}{}, {}\n", output, report.dims.x, report.dims.y, report.dims.z, several,
-               voxelTypeName(file.info().type), byteText(report.bytes));
+               report.type, byteText(report.bytes));
     fmt::print("  import again with  {}\n", report.import_flags);
     for (const std::string& note : report.notes) fmt::print("  note               {}\n", note);
   }

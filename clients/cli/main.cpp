@@ -23,7 +23,7 @@ void complain(fmt::format_string<Args...> format, Args&&... args) {
 }
 
 int run(int argc, char** argv) {
-  CLI::App app{"Blockwalk: sparse volumes, imported, inspected and rendered.", "blockwalk"};
+  CLI::App app{"Blockwalk: sparse volumes, imported, inspected, rendered and exported.", "blockwalk"};
   app.set_version_flag("--version", BLOCKWALK_VERSION);
   app.require_subcommand(0, 1);  // none at all gets a message of our own
   app.footer("Exit codes: 0 done, 1 the work failed, 2 wrong usage.");

@@ -81,13 +81,16 @@ void noteLosses(const ExportJob& job, const ExportOptions& options, ExportReport
   if (names) report.notes.emplace_back("units and names are not kept");
 }
 
+// As `import --type` spells it.
+std::string writtenType(const ExportJob& job) {
+  return job.is_signed ? fmt::format("i{}", 8 * voxelBytes(job.type())) : std::string(voxelTypeName(job.type()));
+}
+
 std::string rawFlags(const ExportJob& job) {
   const glm::ivec3 dims = job.box.dims();
-  std::string type(voxelTypeName(job.type()));
-  if (job.is_signed) type.replace(0, 1, "i");
   const auto side = [&](int i) { return glm::length(glm::dvec3(job.world_from_index[i])); };
-  std::string flags = fmt::format("--dims {}x{}x{} --type {} --spacing {},{},{}", dims.x, dims.y, dims.z, type, side(0),
-                                  side(1), side(2));
+  std::string flags = fmt::format("--dims {}x{}x{} --type {} --spacing {},{},{}", dims.x, dims.y, dims.z,
+                                  writtenType(job), side(0), side(1), side(2));
   if (job.channels.size() > 1) flags += fmt::format(" --channels {} --planar", job.channels.size());
   return flags;
 }
@@ -131,7 +134,7 @@ ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& p
                 .world_from_index = boxPlace(info, options.level, box),
                 .progress = options.progress};
   job.is_signed = options.format != ExportFormat::prism && isSigned(job);
-  ExportReport report{.dims = box.dims(), .channels = job.channels.size()};
+  ExportReport report{.dims = box.dims(), .channels = job.channels.size(), .type = writtenType(job)};
   switch (options.format) {
     case ExportFormat::nrrd:
       report.bytes = writeNrrd(job, path);

@@ -37,6 +37,7 @@ struct ExportOptions {
 struct ExportReport {
   glm::ivec3 dims{0};
   std::size_t channels = 1;
+  std::string type = {};                // of a voxel, as `blockwalk import --type` spells it
   std::uint64_t bytes = 0;              // of all that was written, holes too
   std::string import_flags = {};        // with which `blockwalk import` makes the same voxels again
   std::vector<std::string> notes = {};  // what the format has no place for
