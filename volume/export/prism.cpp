@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <bit>
 #include <cstring>
 #include <span>
 #include <string>
@@ -48,7 +47,7 @@ class BrickWriter {
  private:
   template <typename T>
   void order(glm::ivec3 dims, int side) {
-    const int bits = std::countr_zero(static_cast<unsigned>(side));
+    const int bits = sideBits(side);
     const std::byte* from = rows_.data();
     for (int z = 0; z < dims.z; ++z) {
       for (int y = 0; y < dims.y; ++y) {

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cstring>
 #include <span>
 #include <utility>
@@ -85,41 +84,20 @@ std::shared_ptr<const InputFile> BrickFiles::open(const Brick& brick) {
 }
 
 BrickCubes::BrickCubes(const PrismMetadata& metadata, BrickFiles& files, std::uint64_t memory_bytes)
-    : metadata_(metadata), files_(files), memory_bytes_(memory_bytes), side_(cubeSide(metadata, memory_bytes)) {}
+    : metadata_(metadata), files_(files), side_(cubeSide(metadata, memory_bytes)), kept_(memory_bytes) {}
 
 int BrickCubes::sideOf(const Brick& brick) const { return std::min(side_, brick.side); }
 
 BrickCubes::Cube BrickCubes::get(const Brick& brick, glm::ivec3 voxel) {
   const glm::ivec3 first = voxel / sideOf(brick) * sideOf(brick);
-  const std::uint64_t code = mortonCode(glm::uvec3(first));
-  {
-    const std::lock_guard lock(mutex_);
-    const auto known = kept_.find(code);
-    if (known != kept_.end()) {
-      ages_.splice(ages_.begin(), ages_, known->second.age);
-      return known->second.cube;
-    }
-  }
-  Cube cube = read(brick, first - brick.position);
-  const std::lock_guard lock(mutex_);
-  if (kept_.contains(code)) return cube;  // another thread was there first
-  kept_bytes_ += cube->size();
-  while (kept_bytes_ > memory_bytes_ && !ages_.empty()) {
-    const auto oldest = kept_.find(ages_.back());
-    kept_bytes_ -= oldest->second.cube->size();
-    kept_.erase(oldest);
-    ages_.pop_back();
-  }
-  ages_.push_front(code);
-  kept_[code] = {cube, ages_.begin()};
-  return cube;
+  return kept_.get(mortonCode(glm::uvec3(first)), [&] { return read(brick, first - brick.position); });
 }
 
 // Voxels of an aligned cube whose codes have the same number of zeros at their end are a run of the file.
 BrickCubes::Cube BrickCubes::read(const Brick& brick, glm::ivec3 first) const {
   const auto width = static_cast<std::size_t>(metadata_.bytes_per_voxel);
-  const int brick_bits = std::countr_zero(static_cast<unsigned>(brick.side));
-  const int bits = std::countr_zero(static_cast<unsigned>(sideOf(brick)));
+  const int brick_bits = sideBits(brick.side);
+  const int bits = sideBits(sideOf(brick));
   const RasterOrder& order = rasterOrder(bits);
   const std::uint64_t voxels = std::uint64_t{1} << 3 * bits;
   const std::uint64_t code = mortonCode(glm::uvec3(first));

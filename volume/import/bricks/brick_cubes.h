@@ -2,16 +2,14 @@
 // Cubes of bricks in hierarchical Z order, in rows as everybody reads them; those used last stay in memory.
 #pragma once
 
-#include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
-#include <list>
 #include <memory>
 #include <mutex>
 #include <unordered_map>
-#include <vector>
 
 #include "volume/import/bricks/prism_metadata.h"
+#include "volume/import/kept_bytes.h"
 
 namespace blockwalk {
 
@@ -35,7 +33,7 @@ class BrickFiles {
 // Threads may call at the same time.
 class BrickCubes {
  public:
-  using Cube = std::shared_ptr<const std::vector<std::byte>>;  // x fastest, in the file's byte order
+  using Cube = KeptBytes::Bytes;  // x fastest, in the file's byte order
 
   // Keeps cubes of so many bytes in all. `metadata` and `files` must outlive it.
   BrickCubes(const PrismMetadata& metadata, BrickFiles& files, std::uint64_t memory_bytes);
@@ -46,21 +44,12 @@ class BrickCubes {
   Cube get(const Brick& brick, glm::ivec3 voxel);
 
  private:
-  struct Kept {
-    Cube cube;
-    std::list<std::uint64_t>::iterator age;
-  };
-
-  Cube read(const Brick& brick, glm::ivec3 voxel) const;
+  Cube read(const Brick& brick, glm::ivec3 first) const;
 
   const PrismMetadata& metadata_;
   BrickFiles& files_;
-  std::uint64_t memory_bytes_;
   int side_ = 0;
-  std::mutex mutex_;
-  std::unordered_map<std::uint64_t, Kept> kept_;  // by Morton code of the first voxel
-  std::list<std::uint64_t> ages_;                 // most recent first
-  std::uint64_t kept_bytes_ = 0;
+  KeptBytes kept_;  // by Morton code of the first voxel
 };
 
 }  // namespace blockwalk

@@ -270,19 +270,19 @@ TEST(ImportPrism, RealSetsHaveTheVoxelsThatAnotherProgramReads) {
   if (!folder) GTEST_SKIP() << "no real data: set BLOCKWALK_DATA to its folder";
   struct Set {
     const char* folder;
-    glm::ivec3 dims;
     glm::dvec3 spacing;
+    glm::ivec3 dims;
     std::uint32_t crc;
   };
-  const Set sets[] = {{"8-Bit_HZ_Box", {64, 64, 64}, {1, 1, 1}, 0x88fd7f21},
-                      {"8-Bit_Raw_Box", {64, 64, 64}, {1, 1, 1}, 0x88fd7f21},
-                      {"8-Bit_HZ_Bucky", {32, 32, 32}, {1, 1, 1}, 0x24f62b5c},
-                      {"8-Bit_HZ_Cross", {64, 64, 64}, {1, 1, 1}, 0x665e90a7},
-                      {"8-Bit_HZ_Daisy", {192, 192, 192}, {1, 1, 1}, 0xeeb1633c},
-                      {"8-Bit_HZ_Hydrogen", {128, 128, 128}, {1, 1, 1}, 0x8f5b5595},
-                      {"8-Bit_HZ_MRI_Woman", {256, 256, 128}, {1, 1, 1.5}, 0x08fe7550},
-                      {"8-Bit_HZ_VisMaleOneBrick", {128, 128, 128}, {1.57774, 0.995861, 1.00797}, 0xddb339de},
-                      {"8-Bit_Raw_multiBox", {128, 128, 128}, {1, 1, 1}, 0x160cb7a1}};
+  const Set sets[] = {{"8-Bit_HZ_Box", {1, 1, 1}, {64, 64, 64}, 0x88fd7f21},
+                      {"8-Bit_Raw_Box", {1, 1, 1}, {64, 64, 64}, 0x88fd7f21},
+                      {"8-Bit_HZ_Bucky", {1, 1, 1}, {32, 32, 32}, 0x24f62b5c},
+                      {"8-Bit_HZ_Cross", {1, 1, 1}, {64, 64, 64}, 0x665e90a7},
+                      {"8-Bit_HZ_Daisy", {1, 1, 1}, {192, 192, 192}, 0xeeb1633c},
+                      {"8-Bit_HZ_Hydrogen", {1, 1, 1}, {128, 128, 128}, 0x8f5b5595},
+                      {"8-Bit_HZ_MRI_Woman", {1, 1, 1.5}, {256, 256, 128}, 0x08fe7550},
+                      {"8-Bit_HZ_VisMaleOneBrick", {1.57774, 0.995861, 1.00797}, {128, 128, 128}, 0xddb339de},
+                      {"8-Bit_Raw_multiBox", {1, 1, 1}, {128, 128, 128}, 0x160cb7a1}};
   for (const Set& set : sets) {
     const auto source = openSource({*folder / "prism" / set.folder}, {});
     EXPECT_EQ(source->info().dims, set.dims) << set.folder;
