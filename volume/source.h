@@ -28,7 +28,7 @@ struct SourceChannel {
 
 struct SourceInfo {
   std::string name;    // for people and messages: file name without folders
-  std::string format;  // "raw", "nrrd", "metaimage", "png", "tiff", "prism", "demo"
+  std::string format;  // "raw", "nrrd", "metaimage", "png", "tiff", "prism", "idx", "demo"
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   glm::dmat4 world_from_index{1.0};

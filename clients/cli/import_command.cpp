@@ -112,7 +112,8 @@ void addImportCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("import", "Make a volume from image files");
   command
       ->add_option("SOURCE", import->sources,
-                   "NRRD, MetaImage, raw or TIFF file, PNG or TIFF slices, or a folder of slices or of PRISM's bricks")
+                   "NRRD, MetaImage, OpenVisus IDX, raw or TIFF file, PNG or TIFF slices, or a folder of slices or of "
+                   "PRISM's bricks")
       ->required();
   command->add_option("--dims", import->dims, "raw: size in voxels; PNG: size of the slices tiled on one image")
       ->type_name("XxYxZ");

@@ -37,13 +37,14 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
   const FileKind kind = fileKind(*file);
   if (kind == FileKind::png || kind == FileKind::tiff) return openStack({path}, file->name(), options);
   if (kind == FileKind::unknown) {
-    failData("{}: is no NRRD, MetaImage, PNG, TIFF or PRISM file; raw data needs --dims and --type", file->name());
+    failData("{}: is no NRRD, MetaImage, PNG, TIFF, PRISM or IDX file; raw data needs --dims and --type", file->name());
   }
   if (options.dims || options.type || options.big_endian || options.skip_bytes > 0 || options.planar) {
     failData("{}: says its size and type itself; leave --dims, --type, --big-endian, --skip and --planar out",
              file->name());
   }
   if (kind == FileKind::prism) return openPrism(file, options);
+  if (kind == FileKind::idx) return openIdx(file, options);
   return kind == FileKind::nrrd ? openNrrd(file, options) : openMetaImage(file, options);
 }
 

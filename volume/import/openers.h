@@ -14,6 +14,7 @@ namespace blockwalk {
 std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openIdx(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 // The file is the folder's metadata.json.
 std::unique_ptr<Source> openPrism(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 

@@ -44,6 +44,7 @@ FileKind fileKind(const InputFile& file) {
   }
   if (startsLikeMetaImage(start)) return FileKind::metaimage;
   if (startsLikePrism(start)) return FileKind::prism;
+  if (trimmed(start).starts_with("(version)")) return FileKind::idx;
   return FileKind::unknown;
 }
 

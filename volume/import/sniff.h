@@ -6,7 +6,7 @@
 
 namespace blockwalk {
 
-enum class FileKind { unknown, nrrd, metaimage, png, tiff, prism };
+enum class FileKind { unknown, nrrd, metaimage, png, tiff, prism, idx };
 
 FileKind fileKind(const InputFile& file);
 
