@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kPngLevel = 1;
 // Rendered pictures are mostly smaller by runs alone than by a fast search for matches, and sooner done
-// (docs/performance.md).
+// (docs/experiments/lavapipe.md).
 constexpr int kPngStrategy = Z_RLE;
 constexpr int kFullChromaQuality = 90;
 constexpr int kWebpMethod = 2;         // 0 (fastest) to 6; below 2 libwebp refuses large noisy pictures
