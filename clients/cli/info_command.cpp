@@ -16,13 +16,17 @@
 #include "protocol/render_json.h"
 #include "protocol/volume_json.h"
 #include "renderer/driver.h"
+#include "renderer/plan/aproned_layout.h"
 #include "renderer/renderer.h"
+#include "shaders/kernel_interface.h"
 #include "volume/file/file.h"
 
 namespace blockwalk {
 namespace {
 
 using nlohmann::json;
+
+constexpr std::uint64_t kQuarterBytes = 8;  // of a subblock, for one range
 
 template <typename T>
 std::string joined(const json& values, std::string_view separator) {
@@ -84,11 +88,39 @@ void printPages(const json& volume) {
   fmt::print("pages             {}\n", text);
 }
 
+// As far as a subblock's bytes depend on it.
+VolumeInfo voxelShape(const json& volume) {
+  VolumeInfo shape;
+  for (const VoxelType type : {VoxelType::rgba8, VoxelType::u8, VoxelType::u16, VoxelType::f32}) {
+    if (voxelTypeName(type) == volume.at("type").get<std::string>()) shape.type = type;
+  }
+  shape.subblock_side = volume.at("subblock_side").get<int>();
+  return shape;
+}
+
 void printMetadata(const json& volume) {
   const auto metadata = volume.find("metadata");
   if (metadata == volume.end()) return;
   for (const auto& [key, value] : metadata->items()) {
     if (key != "source") fmt::print("{:<17} {}\n", key, value.get<std::string>());
+  }
+}
+
+// With what a view of each level takes on the device (docs/large.md): its voxels, for each filter, and their records.
+void printLevels(const json& volume) {
+  const VolumeInfo shape = voxelShape(volume);
+  const std::uint64_t channels = volume.at("channels").size();
+  fmt::print("\n{:>89}\n", "on the device");
+  fmt::print("level  size                   blocks    subblocks       stored      nearest       linear      records\n");
+  for (const json& level : volume.at("levels")) {
+    const auto blocks = level.at("blocks").get<std::uint64_t>();
+    const auto subblocks = level.at("subblocks").get<std::uint64_t>();
+    const auto voxels = [&](bool apron) { return byteText(subblocks * channels * deviceSubblockBytes(shape, apron)); };
+    const std::uint64_t records =
+        channels * (blocks * sizeof(gpu::GpuBlock) + subblocks * (sizeof(gpu::GpuSubblock) + kQuarterBytes));
+    fmt::print("{:>5}  {:<18} {:>10} {:>12} {:>12} {:>12} {:>12} {:>12}\n", level.at("level").get<int>(),
+               joined<int>(level.at("dims"), " x "), blocks, subblocks,
+               byteText(level.at("stored_bytes").get<std::uint64_t>()), voxels(false), voxels(true), byteText(records));
   }
 }
 
@@ -110,12 +142,7 @@ void printTable(const json& volume) {
     if (channels.size() > 1) fmt::print("\nchannel {}         {}\n", i, channels[i].at("name").get<std::string>());
     printValues(channels[i]);
   }
-  fmt::print("\nlevel  size                   blocks    subblocks       stored\n");
-  for (const json& level : volume.at("levels")) {
-    fmt::print("{:>5}  {:<18} {:>10} {:>12} {:>12}\n", level.at("level").get<int>(),
-               joined<int>(level.at("dims"), " x "), level.at("blocks").get<std::uint64_t>(),
-               level.at("subblocks").get<std::uint64_t>(), byteText(level.at("stored_bytes").get<std::uint64_t>()));
-  }
+  printLevels(volume);
 }
 
 void printDevice(const DeviceInfo& device, const DriverSetUp& driver) {
