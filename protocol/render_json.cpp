@@ -34,8 +34,8 @@ nlohmann::json statsJson(const RenderStats& stats) {
                          {"kernel", stats.kernel},
                          {"loop_bound_hits", stats.loop_bound_hits},
                          {"non_finite", stats.non_finite}};
+  if (stats.paged || !stats.isComplete()) json["complete"] = stats.isComplete();
   if (stats.paged) {
-    json["complete"] = stats.isComplete();
     json["wanted_blocks"] = stats.wanted_blocks;
     json["absent_blocks"] = stats.absent_blocks;
     json["pages_read"] = stats.pages_read;

@@ -67,12 +67,15 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
     trial_.reset();
     frame_ = std::make_unique<PlannedFrame>(renderer_.tools_, volume_, std::move(plan), order_);
   }
-  // What finds no room as a whole is paged.
+  // What finds no room as a whole is paged, and what finds none then gives way to a coarser level, if any may do.
   bool advanceFrame() {
     try {
       return frame_->advance();
     } catch (const OutOfDeviceMemory&) {
-      if (!frame_->isMaking() || !renderer_.pageInstead(volume_.info(), frame_->plan())) throw;
+      const bool any_level = order_.view.level == kAutoLevel;
+      const bool needs_less = frame_->isMaking() && (renderer_.pageInstead(volume_.info(), frame_->plan()) ||
+                                                     (any_level && renderer_.coarsen(volume_, frame_->plan())));
+      if (!needs_less) throw;
     }
     frame_.reset();
     start(planOf(order_));
@@ -153,11 +156,13 @@ std::unique_ptr<FrameInProgress> FrameRenderer::begin(const VulkanVolume& volume
 }
 
 DeviceTraits FrameRenderer::traits(std::uint64_t volume) const {
+  const auto finest = finest_levels_.find(volume);
   return {.ray_query = device_.rayQuery(),
           .software = device_.isSoftware(),
           .max_instances = device_.maxInstances(),
           .fastest = finders_.find(volume),
-          .page_above_bytes = page_above_bytes_};
+          .page_above_bytes = page_above_bytes_,
+          .finest_level = finest == finest_levels_.end() ? 0 : finest->second};
 }
 
 bool FrameRenderer::shouldProbe(const FrameOrder& order) const {
@@ -180,6 +185,15 @@ bool FrameRenderer::pageInstead(const VolumeInfo& info, const Plan& plan) {
   return true;
 }
 
+// Whether `auto` takes a coarser level of the volume from now on.
+bool FrameRenderer::coarsen(const VulkanVolume& volume, const Plan& plan) {
+  int& finest = finest_levels_[volume.serial()];
+  if (static_cast<std::size_t>(std::max(finest, plan.level)) + 1 >= volume.info().levels.size()) return false;
+  finest = std::max(finest, plan.level) + 1;
+  device_.note(fmt::format("level auto is {} or coarser: what a finer one needs found no room", finest));
+  return true;
+}
+
 std::uint64_t FrameRenderer::reclaim(std::uint64_t bytes) {
   const std::uint64_t before = device_.memory().usedBytes();
   tools_.buffers.drop();
@@ -194,6 +208,7 @@ void FrameRenderer::forgetVolume(std::uint64_t volume) {
   tools_.residency.drop(volume);
   tools_.times.forget(volume);
   finders_.forget(volume);
+  finest_levels_.erase(volume);
 }
 
 }  // namespace blockwalk

@@ -101,6 +101,7 @@ void PlannedFrame::describe() {
   stats.cull = view.cull && skips;
   stats.level = plan_.level;
   stats.paged = plan_.isPaged();
+  stats.is_coarser = plan_.is_coarser;
   stats.kernel = plan_.is_blank ? "blank" : blockwalk::describe(plan_.key);
 }
 

@@ -51,7 +51,8 @@ struct RenderStats {
   std::uint64_t absent_blocks = 0;
   std::uint64_t pages_read = 0;  // for this frame
   std::string page_failure{};    // why some could not be read; empty: all could
-  bool isComplete() const { return absent_blocks == 0; }
+  bool is_coarser = false;       // of a coarser level than the view wants, as a finer one has found no room
+  bool isComplete() const { return absent_blocks == 0 && !is_coarser; }
 };
 
 // Per pixel, row 0 at the top. `probes` is filled only when asked for; of several samples it holds the last.

@@ -29,8 +29,8 @@ int chooseLevel(const ResolvedView& view, const VolumeInfo& info) {
   return static_cast<int>(std::min(std::floor(std::log2(voxels)), static_cast<double>(last)));
 }
 
-int drawnLevel(const ResolvedView& view, const VolumeInfo& info) {
-  const int level = view.level == kAutoLevel ? chooseLevel(view, info) : view.level;
+int drawnLevel(const ResolvedView& view, const VolumeInfo& info, int finest) {
+  const int level = view.level == kAutoLevel ? std::max(chooseLevel(view, info), finest) : view.level;
   const bool means = view.mode == Mode::mip && level > 0 && !info.has(level, Form::maxima) &&
                      std::ranges::any_of(view.drawn, [&](int channel) {
                        return info.channels[static_cast<std::size_t>(channel)].values != ChannelValues::labels;

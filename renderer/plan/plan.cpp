@@ -361,7 +361,8 @@ StoredRange visibleRange(const ResolvedView& view, const VolumeInfo& info, std::
 Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe) {
   refuseWhatIsNotDefined(view, info);
   Plan plan;
-  plan.level = drawnLevel(view, info);
+  plan.level = drawnLevel(view, info, device.finest_level);
+  plan.is_coarser = plan.level > drawnLevel(view, info, 0);
   plan.channels = planChannels(view, info);
   if (view.mode == Mode::mip && info.has(plan.level, Form::maxima)) plan.form = Form::maxima;
   plan.is_blank = plan.channels.empty() || info.level(plan.level, plan.form).block_count == 0;

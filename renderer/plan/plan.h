@@ -25,6 +25,8 @@ struct DeviceTraits {
   Finder fastest = Finder::automatic;  // query or grid, where that was measured for the volume
   // Voxels of a level that take more are paged: they come and go block by block. 0: none are.
   std::uint64_t page_above_bytes = 0;
+  // The finest level of the volume that `auto` takes: what finer ones need besides voxels has found no room.
+  int finest_level = 0;
 };
 
 // A channel that can be seen.
@@ -37,6 +39,7 @@ struct ChannelPlan {
 struct Plan {
   KernelKey key;
   int level = 0;
+  bool is_coarser = false;            // than the view wants, for want of room
   Form form = Form::values;           // of the level: maxima for mip where there are some
   int macrocell_voxels = 0;           // clusters and boundary: side of a macrocell
   std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something

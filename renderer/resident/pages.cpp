@@ -81,18 +81,20 @@ void PagedVoxels::tryAgain() {
 }
 
 bool PagedVoxels::advance(bool waits) {
+  std::optional<Batch> read;
   if (batch_ != nullptr) {
     if (!(waits ? batch_->isReady() : batch_->isReadyNow())) return true;
-    const Batch batch = std::exchange(batch_, nullptr)->take();
-    if (!bringIn(batch)) {
-      wanted_.clear();
-      is_short_ = true;
-    }
+    read = std::exchange(batch_, nullptr)->take();
   }
-  std::erase_if(wanted_, [this](std::uint32_t block) { return isPresent(block) || unreadable_.contains(block); });
-  if (wanted_.empty()) return false;
-  startBatch();
-  return true;
+  std::erase_if(wanted_, [&](std::uint32_t block) {
+    return isPresent(block) || unreadable_.contains(block) || (read && std::ranges::binary_search(read->blocks, block));
+  });
+  if (!wanted_.empty()) startBatch();  // read while the last one is copied
+  if (read && !bringIn(*read)) {
+    wanted_.clear();
+    is_short_ = true;
+  }
+  return batch_ != nullptr;
 }
 
 void PagedVoxels::startBatch() {

@@ -326,6 +326,29 @@ TEST_F(PagesTest, WithABudgetAloneWhatDoesNotFitComesAndGoes) {
   EXPECT_LT(paged, 14) << "the largest holds the level";
 }
 
+// Records do not come and go: where those of a level find no room, `auto` takes a coarser one, and says so.
+TEST_F(PagesTest, WhereRecordsFindNoRoomAutoIsCoarser) {
+  Scene scene = makeScene(*ball(200), kSmallBlocks);
+  View view = finest(32);
+  DeviceOptions options;
+  options.memory_budget_bytes = 320 * kKib;
+  OwnRendererTest::start(scene.path, options);
+  EXPECT_THROW(renderer_->render(*volume_, view), OutOfDeviceMemory);
+  view.level = kAutoLevel;
+  view.eye = glm::dvec3(100, 110, 198);  // so near that the finest level is wanted
+  view.target = glm::dvec3(100, 100, 0);
+  View same = view;
+  same.level = 1;
+  ASSERT_EQ(renderer().render(*scene.resident, view).stats.level, 0);
+  for (int round = 0; round < 2; ++round) {
+    const Frame frame = renderer_->render(*volume_, view);
+    EXPECT_EQ(frame.stats.level, 1);
+    EXPECT_FALSE(frame.stats.isComplete());
+    EXPECT_EQ(frame.pixels, renderer().render(*scene.resident, same).pixels);
+  }
+  std::erase_if(messages_, [](const std::string& text) { return text.starts_with("level auto is 1"); });
+}
+
 TEST_F(PagesTest, WhatCannotBeReadIsCoarserThereUntilItCan) {
   Scene scene = makeScene(*ball(120), kSmallBlocks);
   const auto copy = scene.path.parent_path() / "damaged.bwv";
