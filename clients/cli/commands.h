@@ -12,6 +12,7 @@ void addExportCommand(CLI::App& app);
 void addImportCommand(CLI::App& app);
 void addInfoCommand(CLI::App& app);
 void addRenderCommand(CLI::App& app);
+void addVerifyCommand(CLI::App& app);
 
 // Exit codes: the work failed; the command was used wrongly.
 constexpr int kWorkFailed = 1;

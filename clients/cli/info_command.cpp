@@ -16,17 +16,14 @@
 #include "protocol/render_json.h"
 #include "protocol/volume_json.h"
 #include "renderer/driver.h"
-#include "renderer/plan/aproned_layout.h"
+#include "renderer/level_needs.h"
 #include "renderer/renderer.h"
-#include "shaders/kernel_interface.h"
 #include "volume/file/file.h"
 
 namespace blockwalk {
 namespace {
 
 using nlohmann::json;
-
-constexpr std::uint64_t kQuarterBytes = 8;  // of a subblock, for one range
 
 template <typename T>
 std::string joined(const json& values, std::string_view separator) {
@@ -95,6 +92,7 @@ VolumeInfo voxelShape(const json& volume) {
     if (voxelTypeName(type) == volume.at("type").get<std::string>()) shape.type = type;
   }
   shape.subblock_side = volume.at("subblock_side").get<int>();
+  shape.channels.resize(volume.at("channels").size());
   return shape;
 }
 
@@ -106,21 +104,19 @@ void printMetadata(const json& volume) {
   }
 }
 
-// With what a view of each level takes on the device (docs/large.md): its voxels, for each filter, and their records.
+// With what a view of each level takes on the device.
 void printLevels(const json& volume) {
   const VolumeInfo shape = voxelShape(volume);
-  const std::uint64_t channels = volume.at("channels").size();
   fmt::print("\n{:>89}\n", "on the device");
   fmt::print("level  size                   blocks    subblocks       stored      nearest       linear      records\n");
   for (const json& level : volume.at("levels")) {
-    const auto blocks = level.at("blocks").get<std::uint64_t>();
-    const auto subblocks = level.at("subblocks").get<std::uint64_t>();
-    const auto voxels = [&](bool apron) { return byteText(subblocks * channels * deviceSubblockBytes(shape, apron)); };
-    const std::uint64_t records =
-        channels * (blocks * sizeof(gpu::GpuBlock) + subblocks * (sizeof(gpu::GpuSubblock) + kQuarterBytes));
+    const LevelInfo counts{.block_count = level.at("blocks").get<std::uint64_t>(),
+                           .subblock_count = level.at("subblocks").get<std::uint64_t>()};
+    const LevelNeeds needs = levelNeeds(shape, counts);
     fmt::print("{:>5}  {:<18} {:>10} {:>12} {:>12} {:>12} {:>12} {:>12}\n", level.at("level").get<int>(),
-               joined<int>(level.at("dims"), " x "), blocks, subblocks,
-               byteText(level.at("stored_bytes").get<std::uint64_t>()), voxels(false), voxels(true), byteText(records));
+               joined<int>(level.at("dims"), " x "), counts.block_count, counts.subblock_count,
+               byteText(level.at("stored_bytes").get<std::uint64_t>()), byteText(needs.nearest_bytes),
+               byteText(needs.linear_bytes), byteText(needs.record_bytes));
   }
 }
 

@@ -32,10 +32,11 @@ int run(int argc, char** argv) {
   blockwalk::addExportCommand(app);
   blockwalk::addInfoCommand(app);
   blockwalk::addRenderCommand(app);
+  blockwalk::addVerifyCommand(app);
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty())
-      throw blockwalk::UsageError("name a command: demo, import, export, info or render; see --help");
+      throw blockwalk::UsageError("name a command: demo, import, export, info, render or verify; see --help");
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version

@@ -14,7 +14,7 @@ namespace {
 // That is read at once, so that frames go on between.
 constexpr std::uint64_t kBatchBytes = std::uint64_t{4} << 20;
 // Of neighbours that aprons are made from.
-constexpr std::uint64_t kCacheBytes = std::uint64_t{16} << 20;
+constexpr std::uint64_t kPageCacheBytes = std::uint64_t{16} << 20;
 
 }  // namespace
 
@@ -201,7 +201,7 @@ class PagedMaking final : public Making {
         quarters_(quarters),
         volume_(volume),
         need_(need),
-        opening_([file = volume.file, need] { return std::make_shared<BlockReader>(file, need, kCacheBytes); }) {}
+        opening_([file = volume.file, need] { return std::make_shared<BlockReader>(file, need, kPageCacheBytes); }) {}
 
   std::unique_ptr<Resident> advance() override {
     if (!opening_.isReady()) return nullptr;

@@ -40,6 +40,24 @@ json infoOf(const Workplace& place, const std::string& file) {
   return json::parse(outcome.out);
 }
 
+TEST(RoundTrip, VerifyReadsAllOfEachFile) {
+  const Workplace place;
+  ASSERT_EQ(place.run("demo fossil --size 48 -o good.bwv").exit_code, 0);
+  std::filesystem::copy_file(place.path("good.bwv"), place.path("bad.bwv"));
+  const Outcome good = place.run("verify good.bwv");
+  EXPECT_EQ(good.exit_code, 0) << good.error;
+  EXPECT_THAT(good.out, HasSubstr("are right, 0 faults"));
+  std::string bytes = place.read("bad.bwv");
+  bytes.back() = static_cast<char>(~bytes.back());
+  place.write("bad.bwv", bytes);
+  const Outcome bad = place.run("verify good.bwv bad.bwv none.bwv");
+  EXPECT_EQ(bad.exit_code, 1);
+  EXPECT_THAT(bad.out, HasSubstr("good.bwv: "));
+  EXPECT_THAT(bad.out, HasSubstr("are right, 1 faults\n  bad.bwv: "));
+  EXPECT_THAT(bad.out, HasSubstr("none.bwv: "));
+  EXPECT_THAT(bad.error, HasSubstr("2 faults"));
+}
+
 TEST(RoundTrip, ChannelsKeepTheirNamesAndThresholds) {
   const Workplace place;
   const std::string first = ballVoxels<std::uint16_t>(100, 0);

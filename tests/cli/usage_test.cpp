@@ -23,7 +23,7 @@ struct BadUse {
 };
 
 const BadUse kBadUses[] = {
-    {"", 2, "demo, import, export, info or render"},
+    {"", 2, "demo, import, export, info, render or verify"},
     {"teapot", 2, "teapot"},
     {"bench masks", 2, "bench"},
     {"--nonsense", 2, "nonsense"},
