@@ -13,9 +13,39 @@
 #include <string>
 #include <vector>
 
+#include "volume/error.h"
 #include "volume/voxel.h"
 
 namespace blockwalk {
+
+// Voxels from `begin` up to and without `end`, on each axis.
+struct VoxelBox {
+  glm::ivec3 begin{0};
+  glm::ivec3 end{0};
+
+  glm::ivec3 extent() const { return end - begin; }
+};
+
+// Part of a row: x from `begin` up to and without `end`.
+struct VoxelRun {
+  int begin = 0;
+  int end = 0;
+  bool operator==(const VoxelRun&) const = default;
+};
+
+// The same voxels in runs that are ascending and apart.
+inline void mergeRuns(std::vector<VoxelRun>& runs) {
+  std::ranges::sort(runs, {}, &VoxelRun::begin);
+  std::size_t last = 0;
+  for (const VoxelRun& run : runs) {
+    if (run.begin <= runs[last].end) {
+      runs[last].end = std::max(runs[last].end, run.end);
+    } else {
+      runs[++last] = run;
+    }
+  }
+  if (!runs.empty()) runs.resize(last + 1);
+}
 
 // One scalar field of a source.
 struct SourceChannel {
@@ -37,6 +67,9 @@ struct SourceInfo {
   std::vector<SourceChannel> channels = std::vector<SourceChannel>(1);  // 1..kMaxChannels, all of `type`
   bool random_access = false;                                           // rows may be asked for in any order
   std::string note = {};  // for people who import it: what the source leaves open; empty mostly
+  // Of a source that says where it is blank: the one voxel that it has there, channel after channel, in the stored
+  // type. Such a source has random access and another() of itself.
+  std::vector<std::byte> blank = {};
 };
 
 // Bytes of a row of voxels in one channel.
@@ -66,6 +99,15 @@ class Source {
   // A source of the same rows for another thread, which has read none so far; nothing where there is but one reader.
   // Only of sources with random access. What both need outlives either.
   virtual std::unique_ptr<Source> another() const { return nullptr; }
+  // Only of sources that say where they are blank, and fast there, however large the box: replaces `runs` by those of
+  // x, ascending and apart, outside of which all voxels of the box are blank. They may say too much, never too little.
+  virtual void findRuns(const VoxelBox& /*box*/, std::vector<VoxelRun>& /*runs*/) {
+    BLOCKWALK_CHECK(info().blank.size(), ==, std::size_t{0});
+  }
+  // And the voxels of a box, converted: channel after channel, z, y, x fastest. Throws DataError.
+  virtual void readBox(const VoxelBox& /*box*/, std::span<std::byte> /*out*/) {
+    BLOCKWALK_CHECK(info().blank.size(), ==, std::size_t{0});
+  }
   virtual ConversionReport conversion(std::size_t /*channel*/) const { return {}; }
 };
 

@@ -53,8 +53,8 @@ struct BuildReport {
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options);
 
 // Reads the source once more and compares every voxel of every channel with the file: stored ones bit for bit, the
-// others must be empty. Throws DataError naming the first voxel that differs. Returns the number of voxels compared,
-// each counted once.
+// others must be empty. What the source says to be blank is taken for blank. Throws DataError naming the first voxel
+// that differs. Returns the number of voxels compared, each counted once.
 std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
                            const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress = {});
 

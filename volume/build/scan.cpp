@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "volume/build/bars.h"
 #include "volume/build/strip_cutter.h"
 #include "volume/build/strips.h"
 #include "volume/error.h"
@@ -15,18 +16,19 @@ namespace {
 
 constexpr std::size_t kBatchBytes = std::size_t{1} << 20;  // handing a batch over takes as long as 10 to 50 KiB
 
+struct StripPlace {
+  int y = 0;
+  int z = 0;
+};
+
 // Strips that are cut in one go.
 class StripBatch {
  public:
-  struct Place {
-    int y = 0;
-    int z = 0;
-  };
   void clear() {
     places_.clear();
     strips_.clear();
   }
-  void add(Place place) { places_.push_back(place); }
+  void add(StripPlace place) { places_.push_back(place); }
   void read(StripReader& reader) {
     voxels_.resize(std::max(voxels_.size(), places_.size()));
     for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -40,13 +42,10 @@ class StripBatch {
     }
     return rows;
   }
-  template <typename Do>
-  void forEach(Do look) const {
-    for (std::size_t i = 0; i < strips_.size(); ++i) look(strips_[i], places_[i]);
-  }
+  std::span<const Strip> strips() const { return strips_; }
 
  private:
-  std::vector<Place> places_;
+  std::vector<StripPlace> places_;
   std::vector<Strip> strips_;
   std::vector<std::vector<std::byte>> voxels_;  // of a strip each; kept for the next ones
 };
@@ -56,7 +55,8 @@ class StripScanner {
  public:
   StripScanner(Source& source, const VolumeInfo& info, const Scan& scan, const BuildBudget& budget,
                const std::filesystem::path& folder)
-      : source_(source.another()),
+      : info_(info),
+        source_(source.another()),
         statistics_(scan.statistics),
         guesses_(scan.guesses),
         cutter_(info, scan.thresholds, budget.stream_bytes, *scan.spill) {
@@ -68,21 +68,32 @@ class StripScanner {
   StripBatch& batch() { return batch_; }
   bool reads() const { return reader_.has_value(); }
 
-  void scan() {
+  void scanBatch() {
     if (reader_) batch_.read(*reader_);
-    batch_.forEach([this](const Strip& strip, StripBatch::Place place) {
-      for (std::size_t channel = 0; channel < strip.channels; ++channel) {
-        statistics_[channel].add(strip.channel(channel));
-        if (!guesses_.empty()) guesses_[channel].add(strip.channel(channel));
-      }
-      cutter_.cut(strip, place.y, place.z);
+    for (const Strip& strip : batch_.strips()) look(strip);
+    found_ = cutter_.take();
+    rows_ = batch_.rows();
+  }
+  // What of a row of blocks the source does not say to be blank.
+  void scanRow(const BlockRow& row) {
+    const auto find = [this](const VoxelBox& box, std::vector<VoxelRun>& runs) { source_->findRuns(box, runs); };
+    forEachBar(info_, find, row, kBatchBytes, [this](const VoxelBox& bar) {
+      const std::size_t voxels = rowCount(bar) * static_cast<std::size_t>(bar.extent().x);
+      bar_.resize(voxels * voxelBytes(info_.type) * info_.channels.size());
+      source_->readBox(bar, bar_);
+      look({.begin = bar.begin, .extent = bar.extent(), .channels = info_.channels.size(), .voxels = bar_});
     });
     found_ = cutter_.take();
+    rows_ = rowCount(row.box);
   }
-  // Of the last batch.
+  // Of the last batch or row.
   CutSubblocks& found() { return found_; }
+  std::uint64_t rows() const { return rows_; }  // of voxels
 
-  // Adds what was counted in all batches.
+  // Looked at in all of them.
+  std::uint64_t voxels() const { return voxels_; }
+
+  // Adds what was counted in them.
   void addTo(Scan& scan) const {
     for (std::size_t channel = 0; channel < statistics_.size(); ++channel) {
       scan.statistics[channel].add(statistics_[channel]);
@@ -92,9 +103,34 @@ class StripScanner {
   }
 
  private:
+  void look(const Strip& strip) {
+    for (std::size_t channel = 0; channel < strip.channels; ++channel) {
+      statistics_[channel].add(strip.channel(channel));
+      if (!guesses_.empty()) guess(strip, channel);
+    }
+    cutter_.cut(strip);
+    voxels_ += strip.voxels.size() / strip.channels / voxelBytes(info_.type);
+  }
+
+  // From one row of eight, the same ones however the volume is cut into strips.
+  void guess(const Strip& strip, std::size_t channel) {
+    const std::span<const std::byte> voxels = strip.channel(channel);
+    const std::size_t row_bytes = static_cast<std::size_t>(strip.extent.x) * voxelBytes(info_.type);
+    std::size_t at = 0;
+    for (int z = strip.begin.z; z < strip.begin.z + strip.extent.z; ++z) {
+      for (int y = strip.begin.y; y < strip.begin.y + strip.extent.y; ++y, at += row_bytes) {
+        if ((y + z) % 8 == 0) guesses_[channel].add(voxels.subspan(at, row_bytes), strip.begin.x);
+      }
+    }
+  }
+
+  const VolumeInfo& info_;
   std::unique_ptr<Source> source_;
   std::optional<StripReader> reader_;
   StripBatch batch_;
+  std::vector<std::byte> bar_;
+  std::uint64_t rows_ = 0;
+  std::uint64_t voxels_ = 0;
   std::vector<DensityStatistics> statistics_;
   std::vector<ValuesGuess> guesses_;
   StripCutter cutter_;
@@ -149,14 +185,116 @@ std::uint64_t scannerBytes(const VolumeInfo& info, const BuildBudget& budget) {
   return kBatchBytes + stripBytes(info) + budget.stream_bytes + rows + samples + counts;
 }
 
+int batchCount(const VolumeInfo& info) {
+  const glm::ivec3 strips = (info.dims + info.subblock_side - 1) / info.subblock_side;
+  return (strips.y * strips.z + batchStrips(info) - 1) / batchStrips(info);
+}
+
 // As many as are worth it, and as the budget has memory for.
 std::size_t scannerCount(const VolumeInfo& info, const BuildBudget& budget, int threads) {
-  const glm::ivec3 strips = (info.dims + info.subblock_side - 1) / info.subblock_side;
-  const int batches = (strips.y * strips.z + batchStrips(info) - 1) / batchStrips(info);
   const std::uint64_t each = scannerBytes(info, budget);
   const auto fitting = static_cast<int>(std::min<std::uint64_t>(budget.scan_bytes / each, 64));
-  return static_cast<std::size_t>(std::min({std::max(fitting, 2), 2 * threads, batches}));
+  return static_cast<std::size_t>(std::min({std::max(fitting, 2), 2 * threads, batchCount(info)}));
 }
+
+// Takes strips and rows of blocks through the scanners.
+class Scanning {
+ public:
+  Scanning(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
+           const std::filesystem::path& folder, Workers& workers, Scan& scan)
+      : source_(source),
+        info_(info),
+        options_(options),
+        strips_(source, info.subblock_side, budget.slab_bytes, folder),
+        scan_(scan),
+        taker_(info, scan),
+        idle_(scannerCount(info, budget, workers.threads())),
+        jobs_(workers) {
+    for (auto& scanner : idle_) scanner = std::make_unique<StripScanner>(source, info, scan, budget, folder);
+  }
+
+  // Everything.
+  void scanStrips() {
+    // Strips of a source that gives no other are read here, while those before are counted and cut.
+    const bool reads_here = !idle_.front()->reads();
+    const glm::ivec3 count = strips_.strips();
+    const int strip_count = count.y * count.z;
+    const int batch_strips = batchStrips(info_);
+    for (int begin = 0; begin < strip_count; begin += batch_strips) {
+      std::unique_ptr<StripScanner> scanner = nextIdle();
+      scanner->batch().clear();
+      for (int strip = begin; strip < std::min(begin + batch_strips, strip_count); ++strip) {
+        scanner->batch().add({.y = strip % count.y, .z = strip / count.y});
+      }
+      if (reads_here) scanner->batch().read(strips_);
+      start(std::move(scanner), [](StripScanner& idle) { idle.scanBatch(); });
+    }
+    finish();
+  }
+
+  // What the source does not say to be blank; the rest counts without a look.
+  void scanBars() {
+    const auto find = [this](const VoxelBox& box, std::vector<VoxelRun>& runs) { source_.findRuns(box, runs); };
+    forEachBlockRow(info_, find, [this](const BlockRow& row) {
+      if (row.runs.empty()) return pass(rowCount(row.box));
+      start(nextIdle(), [row](StripScanner& idle) { idle.scanRow(row); });
+    });
+    finish();
+    std::uint64_t blank = rows() * static_cast<std::uint64_t>(info_.dims.x);
+    for (const auto& scanner : idle_) blank -= scanner->voxels();
+    const std::size_t bytes = voxelBytes(info_.type);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      scan_.statistics[channel].add(std::span(source_.info().blank).subspan(channel * bytes, bytes), blank);
+    }
+  }
+
+ private:
+  std::uint64_t rows() const { return rowCount({.begin = glm::ivec3(0), .end = info_.dims}); }
+
+  std::unique_ptr<StripScanner> nextIdle() {
+    if (idle_.empty()) take();
+    std::unique_ptr<StripScanner> scanner = std::move(idle_.back());
+    idle_.pop_back();
+    return scanner;
+  }
+
+  template <typename Work>
+  void start(std::unique_ptr<StripScanner> scanner, Work work) {
+    jobs_.start([scanner = std::move(scanner), work = std::move(work)]() mutable {
+      work(*scanner);
+      return std::move(scanner);
+    });
+  }
+
+  void take() {
+    idle_.push_back(jobs_.take());
+    taker_.take(idle_.back()->found());
+    pass(idle_.back()->rows());
+  }
+
+  void pass(std::uint64_t count) {
+    done_ += count;
+    if (options_.progress) options_.progress("read", done_, rows());
+  }
+
+  void finish() {
+    while (!jobs_.empty()) take();
+    for (const auto& scanner : idle_) scanner->addTo(scan_);
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      scan_.conversions[channel].add(source_.conversion(channel));
+    }
+  }
+
+  Source& source_;
+  const VolumeInfo& info_;
+  const BuildOptions& options_;
+  StripReader strips_;
+  Scan& scan_;
+  RecordTaker taker_;
+  std::vector<std::unique_ptr<StripScanner>> idle_;
+  std::uint64_t done_ = 0;  // rows
+  JobsInOrder<std::unique_ptr<StripScanner>> jobs_;
+};
 
 }  // namespace
 
@@ -171,8 +309,10 @@ std::uint64_t subblockKey(glm::ivec3 subblock, int block_side) {
   return mortonCode(glm::uvec3(block)) << 8 | static_cast<std::uint64_t>(index);
 }
 
-Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
-                const std::filesystem::path& folder, Workers& workers) {
+namespace {
+
+Scan emptyScan(const SourceInfo& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
+               const std::filesystem::path& folder) {
   const std::size_t slot_bytes =
       static_cast<std::size_t>(info.subblockVoxels()) * voxelBytes(info.type) * info.channels.size();
   auto spill = std::make_unique<Spill>(folder, slot_bytes, budget.spill_bytes, budget.stream_bytes);
@@ -184,50 +324,35 @@ Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& opti
             .spill = std::move(spill),
             .constants = TempBytes(folder, budget.stream_bytes)};
   for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
-    const std::optional<float> threshold = thresholdBeforeReading(source.info(), channel, options);
+    const std::optional<float> threshold = thresholdBeforeReading(source, channel, options);
     const float zero = static_cast<float>(info.channels[channel].storedFromData(0)) + 0.0f;
     scan.thresholds.push_back(threshold);
     scan.conversions.emplace_back();
     scan.statistics.emplace_back(info.type, threshold.value_or(zero));
     if (options.values == ValuesRule::guess) scan.guesses.emplace_back(info.type, threshold.value_or(zero));
   }
-  std::vector<std::unique_ptr<StripScanner>> idle(scannerCount(info, budget, workers.threads()));
-  for (auto& scanner : idle) scanner = std::make_unique<StripScanner>(source, info, scan, budget, folder);
-  // Strips of a source that gives no other are read here, while those before are counted and cut.
-  const bool reads_here = !idle.front()->reads();
-  StripReader strips(source, info.subblock_side, budget.slab_bytes, folder);
-  const glm::ivec3 count = strips.strips();
-  const auto rows = static_cast<std::uint64_t>(info.dims.y) * static_cast<std::uint64_t>(info.dims.z);
-  std::uint64_t done = 0;
-  RecordTaker taker(info, scan);
-  JobsInOrder<std::unique_ptr<StripScanner>> jobs(workers);
-  const auto takeBatch = [&] {
-    idle.push_back(jobs.take());
-    taker.take(idle.back()->found());
-    done += idle.back()->batch().rows();
-    if (options.progress) options.progress("read", done, rows);
-  };
-  const int strip_count = count.y * count.z;
-  const int batch_strips = batchStrips(info);
-  for (int begin = 0; begin < strip_count; begin += batch_strips) {
-    if (idle.empty()) takeBatch();
-    std::unique_ptr<StripScanner> scanner = std::move(idle.back());
-    idle.pop_back();
-    scanner->batch().clear();
-    for (int strip = begin; strip < std::min(begin + batch_strips, strip_count); ++strip) {
-      scanner->batch().add({.y = strip % count.y, .z = strip / count.y});
+  return scan;
+}
+
+}  // namespace
+
+Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
+                const std::filesystem::path& folder, Workers& workers) {
+  if (!source.info().blank.empty()) {
+    Scan scan = emptyScan(source.info(), info, options, budget, folder);
+    if (isBlankEmpty(source.info(), scan.thresholds)) {
+      Scanning(source, info, options, budget, folder, workers, scan).scanBars();
+      std::vector<std::optional<float>> thresholds;
+      for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
+        thresholds.emplace_back(scan.statistics[channel].emptyThreshold(scan.thresholds[channel]));
+      }
+      scan.records.finish();
+      if (isBlankEmpty(source.info(), thresholds)) return scan;
+      // The voxels say so only now: what is blank must be stored.
     }
-    if (reads_here) scanner->batch().read(strips);
-    jobs.start([scanner = std::move(scanner)]() mutable {
-      scanner->scan();
-      return std::move(scanner);
-    });
   }
-  while (!jobs.empty()) takeBatch();
-  for (const auto& scanner : idle) scanner->addTo(scan);
-  for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
-    scan.conversions[channel].add(source.conversion(channel));
-  }
+  Scan scan = emptyScan(source.info(), info, options, budget, folder);
+  Scanning(source, info, options, budget, folder, workers, scan).scanStrips();
   scan.records.finish();
   return scan;
 }

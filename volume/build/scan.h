@@ -29,9 +29,9 @@ struct Scan {
   TempBytes constants;                           // a voxel of each channel, for records of a single value
 };
 
-// Reads the whole source. Subblocks without a non-empty voxel in any channel are left out where all thresholds are
-// known; where one is not, those of a single value in each channel are records without a slot. `info` holds type, dims
-// and sides, and for each channel its value map.
+// Reads the whole source, but for what it says to be blank where that is empty. Subblocks without a non-empty voxel in
+// any channel are left out where all thresholds are known; where one is not, those of a single value in each channel
+// are records without a slot. `info` holds type, dims and sides, and for each channel its value map.
 Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
                 const std::filesystem::path& folder, Workers& workers);
 

@@ -118,6 +118,13 @@ void DensityStatistics::add(std::span<const std::byte> voxels) {
   }
 }
 
+void DensityStatistics::add(std::span<const std::byte> voxel, std::uint64_t count) {
+  if (count == 0) return;
+  add(voxel);
+  const float density = storedDensity(type_, voxel.data()) + 0.0f;  // -0 is 0
+  (std::isfinite(density) ? counts_[densityKey(type_, density)] : nonfinite_) += count - 1;
+}
+
 void DensityStatistics::add(const DensityStatistics& other) {
   nonfinite_ += other.nonfinite_;
   for (std::size_t key = 0; key < counts_.size(); ++key) counts_[key] += other.counts_[key];
@@ -163,19 +170,25 @@ void DensityStatistics::addFloats(std::span<const std::byte> voxels) {
   close();
 }
 
-void DensityStatistics::findRange(ChannelInfo& channel, std::optional<float> threshold) const {
+float DensityStatistics::emptyThreshold(std::optional<float> known) const {
+  if (known) return *known;
   float least = least_;
+  if (type_ != VoxelType::f32) {
+    const auto first = std::ranges::find_if(counts_, [](std::uint64_t count) { return count > 0; });
+    least = static_cast<float>(first - counts_.begin());
+  }
+  // No voxel negative: 0 data units is the reference. All voxels may be NaN: then anything is right.
+  return std::min(least, reference_);
+}
+
+void DensityStatistics::findRange(ChannelInfo& channel, std::optional<float> threshold) const {
   float greatest = greatest_;
   if (type_ != VoxelType::f32) {
     const auto counted = [](std::uint64_t count) { return count > 0; };
-    const auto first = std::ranges::find_if(counts_, counted) - counts_.begin();
     const auto last = counts_.rend() - std::find_if(counts_.rbegin(), counts_.rend(), counted) - 1;
-    least = static_cast<float>(first);
     greatest = static_cast<float>(last);
   }
-  // No voxel negative: 0 data units is the reference. All voxels may be NaN: then anything is right.
-  const bool negative = least < reference_;
-  channel.empty_threshold = threshold ? *threshold : negative ? least : reference_;
+  channel.empty_threshold = emptyThreshold(threshold);
   if (!(greatest > channel.empty_threshold)) return;  // all empty: density_min and density_max stay 0
   channel.density_max = greatest;
   if (type_ == VoxelType::f32) {

@@ -24,9 +24,13 @@ class DensityStatistics {
   DensityStatistics(VoxelType type, float reference);
 
   void add(std::span<const std::byte> voxels);
+  // As many voxels like this one.
+  void add(std::span<const std::byte> voxel, std::uint64_t count);
   // What was counted of other voxels, of the same type and reference.
   void add(const DensityStatistics& other);
 
+  // What follows from the voxels where it is not known before.
+  float emptyThreshold(std::optional<float> known) const;
   // How many different values are not empty; exact for integers.
   std::size_t distinctAbove(float threshold) const;
   // Fills empty_threshold, density_min, density_max, bin_cuts, histogram_lo, histogram_hi, nonfinite_voxels, and of

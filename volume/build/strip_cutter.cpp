@@ -70,8 +70,9 @@ StripCutter::StripCutter(const VolumeInfo& info, std::span<const std::optional<f
       group_count_(std::max<std::size_t>(1, group_bytes / subblock_bytes_)),
       spill_(spill) {}
 
-void StripCutter::cut(const Strip& strip, int y, int z) {
+void StripCutter::cut(const Strip& strip) {
   if (thresholds_known_ && !anyChannel([&](std::size_t channel) { return strip.channel(channel); })) return;
+  const glm::ivec3 first = strip.begin / info_.subblock_side;
   for (int x = 0; x * info_.subblock_side < strip.extent.x; ++x) {
     const int begin = x * info_.subblock_side;
     const glm::ivec3 extent(std::min(info_.subblock_side, strip.extent.x - begin), strip.extent.y, strip.extent.z);
@@ -82,7 +83,7 @@ void StripCutter::cut(const Strip& strip, int y, int z) {
       gather(strip, channel, begin, extent);
       constant = constant && isConstant(strip, channel, begin, extent);
     }
-    store(subblockKey({x, y, z}, info_.block_side), constant);
+    store(subblockKey(first + glm::ivec3(x, 0, 0), info_.block_side), constant);
   }
 }
 

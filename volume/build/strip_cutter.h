@@ -30,8 +30,7 @@ class StripCutter {
   StripCutter(const VolumeInfo& info, std::span<const std::optional<float>> thresholds, std::size_t group_bytes,
               Spill& spill);
 
-  // Strip `y` of slab `z`.
-  void cut(const Strip& strip, int y, int z);
+  void cut(const Strip& strip);
   // What was cut since the last call.
   CutSubblocks take();
 

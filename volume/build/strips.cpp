@@ -51,7 +51,7 @@ Strip StripReader::read(int z, int y, std::vector<std::byte>& voxels) {
       readSlab(begin.y, extent.y, slice, slices, voxels);
     }
   }
-  return {.extent = extent, .channels = channels_, .voxels = voxels};
+  return {.begin = begin, .extent = extent, .channels = channels_, .voxels = voxels};
 }
 
 void StripReader::readDirect(int z, int y, int rows, std::size_t slice, std::size_t slices,

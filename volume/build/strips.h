@@ -13,8 +13,9 @@
 
 namespace blockwalk {
 
-// The voxels of a strip that lie inside the volume: [channel][z][y][x], x fastest.
+// The voxels of a strip, or of a part of it, that lie inside the volume: [channel][z][y][x], x fastest.
 struct Strip {
+  glm::ivec3 begin{0};   // its first voxel, which is a subblock's
   glm::ivec3 extent{0};  // voxels
   std::size_t channels = 1;
   std::span<const std::byte> voxels;

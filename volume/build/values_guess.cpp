@@ -12,43 +12,38 @@ ValuesGuess::ValuesGuess(VoxelType type, float empty) : type_(type), empty_(empt
 
 // Counted as narrow as the values are, many at a time.
 template <typename T>
-void ValuesGuess::addAs(std::span<const std::byte> voxels) {
-  constexpr std::size_t kRun = 512;  // looked at of each kStep
-  constexpr std::size_t kStep = 4096;
-  constexpr std::size_t kPart = 64;  // counted in a T
-  const std::size_t count = voxels.size() / sizeof(T);
+void ValuesGuess::addAs(std::span<const std::byte> row, std::size_t first) {
+  const std::size_t count = row.size() / sizeof(T);
   const auto empty_value = static_cast<int>(std::clamp(empty_, -1.0f, 65536.0f));
   if (empty_value >= std::numeric_limits<T>::max()) return;  // all are
   const auto empty = static_cast<T>(std::max(empty_value, 0));
   const auto none_is_empty = static_cast<T>(empty_value < 0 ? 1 : 0);
-  std::array<T, kPart + 1> values;
-  for (std::size_t begin = 0; begin + 1 < count; begin += kStep) {
-    const std::size_t end = std::min(begin + kRun, count - 1);
-    for (std::size_t at = begin; at < end; at += kPart) {
-      const std::size_t pairs = std::min(kPart, end - at);
-      std::memcpy(values.data(), voxels.data() + at * sizeof(T), (pairs + 1) * sizeof(T));
-      T both = 0;
-      T equal = 0;
-      T near = 0;
-      for (std::size_t i = 0; i < pairs; ++i) {
-        const T own = values[i];
-        const T next = values[i + 1];
-        const auto apart = static_cast<T>(std::max(own, next) - std::min(own, next));
-        const auto counts = static_cast<T>(none_is_empty | static_cast<T>((own > empty) & (next > empty)));
-        both += counts;
-        equal += counts & static_cast<T>(apart == 0);
-        near += counts & static_cast<T>((apart != 0) & (apart <= 2));
-      }
-      pairs_ += both;
-      equal_ += equal;
-      near_ += near;
+  std::array<T, kGuessStretch> values;
+  for (std::size_t at = 0; at < count;) {
+    const std::size_t voxels = std::min(kGuessStretch - (first + at) % kGuessStretch, count - at);
+    std::memcpy(values.data(), row.data() + at * sizeof(T), voxels * sizeof(T));
+    at += voxels;
+    T both = 0;
+    T equal = 0;
+    T near = 0;
+    for (std::size_t i = 0; i + 1 < voxels; ++i) {
+      const T own = values[i];
+      const T next = values[i + 1];
+      const auto apart = static_cast<T>(std::max(own, next) - std::min(own, next));
+      const auto counts = static_cast<T>(none_is_empty | static_cast<T>((own > empty) & (next > empty)));
+      both += counts;
+      equal += counts & static_cast<T>(apart == 0);
+      near += counts & static_cast<T>((apart != 0) & (apart <= 2));
     }
+    pairs_ += both;
+    equal_ += equal;
+    near_ += near;
   }
 }
 
-void ValuesGuess::add(std::span<const std::byte> voxels) {
-  if (type_ == VoxelType::u8) addAs<std::uint8_t>(voxels);
-  if (type_ == VoxelType::u16) addAs<std::uint16_t>(voxels);
+void ValuesGuess::add(std::span<const std::byte> row, int x) {
+  if (type_ == VoxelType::u8) addAs<std::uint8_t>(row, static_cast<std::size_t>(x));
+  if (type_ == VoxelType::u16) addAs<std::uint16_t>(row, static_cast<std::size_t>(x));
 }
 
 void ValuesGuess::add(const ValuesGuess& other) {

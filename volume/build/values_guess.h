@@ -10,6 +10,8 @@
 
 namespace blockwalk {
 
+constexpr int kGuessStretch = 64;
+
 // Looks at some of the neighbouring voxels of one channel of u8 or u16 while they pass by. Labels are few values, or
 // regions of one value each whose numbers say nothing of their neighbours'; amounts change from voxel to voxel, and
 // mostly by little.
@@ -18,14 +20,16 @@ class ValuesGuess {
   // `empty`: the greatest stored value that means nothing, as far as that is known before reading.
   ValuesGuess(VoxelType type, float empty);
 
-  void add(std::span<const std::byte> voxels);
+  // One row; `x`: of its first voxel. Pairs between stretches of kGuessStretch voxels do not count, so that a row
+  // counts the same in parts that end there.
+  void add(std::span<const std::byte> row, int x);
   void add(const ValuesGuess& other);
   // `distinct`: how many different non-empty values there are.
   ChannelValues guess(std::size_t distinct) const;
 
  private:
   template <typename T>
-  void addAs(std::span<const std::byte> voxels);
+  void addAs(std::span<const std::byte> row, std::size_t first);
 
   VoxelType type_;
   float empty_;

@@ -6,6 +6,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "volume/build/bars.h"
 #include "volume/build/builder.h"
 #include "volume/build/strips.h"
 #include "volume/error.h"
@@ -50,10 +51,16 @@ class StripComparer {
     columns_.resize(static_cast<std::size_t>((info_.dims.x + info_.blockVoxels() - 1) / info_.blockVoxels()));
   }
 
-  void compare(const Strip& strip, int y, int z) {
-    if (z != layer_z_ || y / info_.block_side != layer_block_y_) loadLayer(y / info_.block_side, z);
+  std::span<const Block> blocks() const { return level_.blocks; }
+
+  void compare(const Strip& strip) {
+    const glm::ivec3 first = strip.begin / info_.subblock_side;
+    const glm::ivec2 row = glm::ivec2(first.y, first.z) / info_.block_side;
+    if (row != row_) loadRow(row);
     for (int x = 0; x * info_.subblock_side < strip.extent.x; ++x) {
-      for (std::size_t channel = 0; channel < strip.channels; ++channel) compareSubblock(strip, channel, {x, y, z});
+      for (std::size_t channel = 0; channel < strip.channels; ++channel) {
+        compareSubblock(strip, channel, first + glm::ivec3(x, 0, 0));
+      }
     }
   }
 
@@ -61,19 +68,18 @@ class StripComparer {
   struct KeptBlock {
     std::array<std::vector<std::byte>, kMaxChannels> voxels;  // by channel
   };
-  // One of the row of blocks that a layer goes through.
+  // One of the row of blocks.
   struct Column {
     const Block* block = nullptr;
     const KeptBlock* kept = nullptr;
   };
 
-  void loadLayer(int block_y, int z) {
-    layer_z_ = z;
-    layer_block_y_ = block_y;
+  // y and z, in blocks.
+  void loadRow(glm::ivec2 row) {
+    row_ = row;
     for (std::size_t x = 0; x < columns_.size(); ++x) {
       Column& column = columns_[x];
-      const glm::uvec3 origin(static_cast<unsigned>(x), static_cast<unsigned>(block_y),
-                              static_cast<unsigned>(z / info_.block_side));
+      const glm::uvec3 origin(static_cast<unsigned>(x), static_cast<unsigned>(row.x), static_cast<unsigned>(row.y));
       const auto found = std::ranges::lower_bound(codes_, mortonCode(origin));
       const bool there = found != codes_.end() && *found == mortonCode(origin);
       column = {};
@@ -121,7 +127,7 @@ class StripComparer {
   void compareSubblock(const Strip& strip, std::size_t channel, glm::ivec3 subblock) const {
     const std::byte* stored = storedVoxels(subblock, channel);
     const int side = info_.subblock_side;
-    const int x = subblock.x * side;
+    const int x = subblock.x * side - strip.begin.x;
     const int count = std::min(side, strip.extent.x - x);
     for (int z = 0; z < strip.extent.z; ++z) {
       for (int y = 0; y < strip.extent.y; ++y) {
@@ -173,9 +179,65 @@ class StripComparer {
   std::vector<Column> columns_;                      // by x
   std::unordered_map<std::size_t, KeptBlock> kept_;  // by block
   std::uint64_t kept_bytes_ = 0;
-  int layer_z_ = -1;
-  int layer_block_y_ = -1;
+  glm::ivec2 row_{-1};
 };
+
+// The runs of x where blocks are stored.
+class StoredRuns {
+ public:
+  StoredRuns(std::span<const Block> blocks, int block_voxels) : block_voxels_(block_voxels) {
+    for (const Block& block : blocks) places_.push_back(placeOf(block.origin));
+    std::ranges::sort(places_);
+  }
+
+  // Adds those inside the box; of one with several rows of blocks all of it where there is a block.
+  void addTo(std::vector<VoxelRun>& runs, const VoxelBox& box) const {
+    const glm::ivec3 first = box.begin / block_voxels_;
+    const glm::ivec3 last = (box.end - 1) / block_voxels_;
+    for (int z = first.z; z <= last.z; ++z) {
+      for (int y = first.y; y <= last.y; ++y) {
+        for (auto place = std::ranges::lower_bound(places_, placeOf({first.x, y, z}));
+             place != places_.end() && *place <= placeOf({last.x, y, z}); ++place) {
+          if (first.y < last.y || first.z < last.z) return runs.assign({{.begin = box.begin.x, .end = box.end.x}});
+          const int x = (*place)[2] * block_voxels_;
+          runs.push_back({.begin = std::max(x, box.begin.x), .end = std::min(x + block_voxels_, box.end.x)});
+        }
+      }
+    }
+  }
+
+ private:
+  using Place = std::array<int, 3>;  // z, y, x
+  static Place placeOf(glm::ivec3 origin) { return {origin.z, origin.y, origin.x}; }
+
+  int block_voxels_;
+  std::vector<Place> places_;
+};
+
+// Compares what the source does not say to be blank, and all blocks that are stored; the rest is blank there and is not
+// stored here.
+void compareBars(Source& source, const VolumeInfo& info, StripComparer& comparer,
+                 const std::function<void(std::uint64_t rows)>& progress) {
+  constexpr std::size_t kBarBytes = std::size_t{1} << 20;
+  const StoredRuns stored(comparer.blocks(), info.blockVoxels());
+  const FindRuns find = [&](const VoxelBox& box, std::vector<VoxelRun>& runs) {
+    source.findRuns(box, runs);
+    stored.addTo(runs, box);
+    mergeRuns(runs);
+  };
+  std::vector<std::byte> voxels;
+  forEachBlockRow(info, find, [&](const BlockRow& row) {
+    const auto compare = [&](const VoxelBox& bar) {
+      const auto count = static_cast<std::size_t>(bar.extent().x) * rowCount(bar);
+      voxels.resize(count * voxelBytes(info.type) * info.channels.size());
+      source.readBox(bar, voxels);
+      comparer.compare(
+          {.begin = bar.begin, .extent = bar.extent(), .channels = info.channels.size(), .voxels = voxels});
+    };
+    if (!row.runs.empty()) forEachBar(info, find, row, kBarBytes, compare);
+    progress(rowCount(row.box));
+  });
+}
 
 }  // namespace
 
@@ -194,17 +256,26 @@ std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
              wanted.channels.size());
   }
   StripComparer comparer(file);
-  StripReader strips(source, info.subblock_side, kSlabBytes, folderOf(path));
-  const glm::ivec3 count = strips.strips();
   const auto total = static_cast<std::uint64_t>(info.dims.y) * static_cast<std::uint64_t>(info.dims.z);
   std::uint64_t rows = 0;
+  const auto pass = [&](std::uint64_t count) {
+    rows += count;
+    if (progress) progress("verify", rows, total);
+  };
+  std::vector<std::optional<float>> thresholds;
+  for (const ChannelInfo& channel : info.channels) thresholds.emplace_back(channel.empty_threshold);
+  if (!wanted.blank.empty() && isBlankEmpty(wanted, thresholds)) {
+    compareBars(source, info, comparer, pass);
+    return rows * static_cast<std::uint64_t>(info.dims.x);
+  }
+  StripReader strips(source, info.subblock_side, kSlabBytes, folderOf(path));
+  const glm::ivec3 count = strips.strips();
   std::vector<std::byte> voxels;
   for (int z = 0; z < count.z; ++z) {
     for (int y = 0; y < count.y; ++y) {
       const Strip strip = strips.read(z, y, voxels);
-      comparer.compare(strip, y, z);
-      rows += static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z);
-      if (progress) progress("verify", rows, total);
+      comparer.compare(strip);
+      pass(static_cast<std::uint64_t>(strip.extent.y) * static_cast<std::uint64_t>(strip.extent.z));
     }
   }
   return rows * static_cast<std::uint64_t>(info.dims.x);
