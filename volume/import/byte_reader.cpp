@@ -12,13 +12,23 @@ namespace {
 
 class FileBytes final : public ByteReader {
  public:
-  FileBytes(std::shared_ptr<const InputFile> file, std::uint64_t first) : file_(std::move(file)), first_(first) {}
+  FileBytes(std::shared_ptr<const InputFile> file, std::uint64_t first, std::uint64_t bytes)
+      : file_(std::move(file)), first_(first) {
+    const ByteRange data = file_->dataFrom(first);
+    has_holes_ = data.begin > first || data.end < first + bytes;
+  }
   bool randomAccess() const override { return true; }
   void read(std::uint64_t offset, std::span<std::byte> out) override { file_->read(first_ + offset, out); }
+  bool hasHoles() const override { return has_holes_; }
+  ByteRange dataFrom(std::uint64_t offset) const override {
+    const ByteRange data = file_->dataFrom(first_ + offset);
+    return {data.begin - first_, data.end - first_};
+  }
 
  private:
   std::shared_ptr<const InputFile> file_;
   std::uint64_t first_;
+  bool has_holes_ = false;
 };
 
 class MemoryBytes final : public ByteReader {
@@ -87,7 +97,7 @@ std::unique_ptr<ByteReader> readFileBytes(std::shared_ptr<const InputFile> file,
     failData("{}: {} bytes of voxels from byte {} were declared, the file has {} bytes", file->name(), bytes, first,
              file->bytes());
   }
-  return std::make_unique<FileBytes>(std::move(file), first);
+  return std::make_unique<FileBytes>(std::move(file), first, bytes);
 }
 
 std::unique_ptr<ByteReader> readMemoryBytes(std::vector<std::byte> bytes) {

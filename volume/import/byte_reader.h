@@ -20,6 +20,11 @@ class ByteReader {
   // Fills `out` from byte `offset` of the array. Without random access calls are ascending without gaps, but for offset
   // 0, which starts again. Throws DataError.
   virtual void read(std::uint64_t offset, std::span<std::byte> out) = 0;
+  // Whether some bytes are known to be 0 without a look at them; only with random access.
+  virtual bool hasHoles() const { return false; }
+  // Of those that have: the first from `offset` on that are not, beyond the end of the array where there are none. From
+  // several threads at a time.
+  virtual ByteRange dataFrom(std::uint64_t offset) const { return {offset, UINT64_MAX}; }
 };
 
 // `bytes` bytes of the file from `first`; throws DataError unless the file holds them.

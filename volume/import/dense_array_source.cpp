@@ -12,12 +12,15 @@ namespace blockwalk {
 namespace {
 
 constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
+// Of a box with more rows it is only said whether there is anything.
+constexpr int kRowsLookedInto = 256;
 
 class SampleArray final : public Source {
  public:
   SampleArray(SourceInfo info, ChannelConverter converter, ArrayOrder order, std::shared_ptr<ByteReader> bytes)
       : info_(std::move(info)), converter_(std::move(converter)), order_(order), bytes_(std::move(bytes)) {
     info_.random_access = bytes_->randomAccess();
+    if (bytes_->hasHoles()) info_.blank = blankVoxel();
   }
 
   const SourceInfo& info() const override { return info_; }
@@ -28,36 +31,107 @@ class SampleArray final : public Source {
   }
 
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
-    const auto width = static_cast<std::uint64_t>(info_.dims.x);
-    const auto rows = static_cast<std::uint64_t>(info_.dims.y);
-    const std::uint64_t first = (static_cast<std::uint64_t>(z) * rows + static_cast<std::uint64_t>(y)) * width;
-    const std::uint64_t voxels = width * static_cast<std::uint64_t>(count);
-    BLOCKWALK_CHECK(out.size(), ==, voxels * voxelBytes(info_.type) * info_.channels.size());
-    if (order_ == ArrayOrder::voxels) {
-      readRun(first, voxels,
-              [&](std::span<std::byte> samples, std::uint64_t done) { converter_.convert(samples, done, out); });
-      return;
-    }
-    const std::uint64_t plane = width * rows * static_cast<std::uint64_t>(info_.dims.z);
-    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      readRun(channel * plane + first, voxels, [&](std::span<std::byte> samples, std::uint64_t done) {
-        converter_.convertPlane(channel, samples, done, out);
-      });
+    readBox({.begin = {0, y, z}, .end = {info_.dims.x, y + count, z + 1}}, out);
+  }
+
+  void readBox(const VoxelBox& box, std::span<std::byte> out) override {
+    const glm::ivec3 extent = box.extent();
+    // Rows that lie one after the other are read at once.
+    const int rows = extent.x == info_.dims.x ? extent.y : 1;
+    const std::uint64_t voxels = static_cast<std::uint64_t>(extent.x) * static_cast<std::uint64_t>(rows);
+    BLOCKWALK_CHECK(out.size(), ==,
+                    voxels * static_cast<std::uint64_t>(extent.y / rows) * static_cast<std::uint64_t>(extent.z) *
+                        voxelBytes(info_.type) * info_.channels.size());
+    for (std::size_t plane = 0; plane < planes(); ++plane) {
+      std::uint64_t first = 0;
+      for (int z = box.begin.z; z < box.end.z; ++z) {
+        for (int y = box.begin.y; y < box.end.y; y += rows, first += voxels) {
+          readRun(plane, indexOf(plane, {box.begin.x, y, z}), voxels, first, out);
+        }
+      }
     }
   }
 
+  // What lies in holes is blank.
+  void findRuns(const VoxelBox& box, std::vector<VoxelRun>& runs) override {
+    runs.clear();
+    const VoxelRun whole{.begin = box.begin.x, .end = box.end.x};
+    const bool looks_into = box.extent().y * static_cast<std::int64_t>(box.extent().z) <= kRowsLookedInto;
+    for (std::size_t plane = 0; plane < planes(); ++plane) {
+      for (int z = box.begin.z; z < box.end.z; ++z) {
+        addRuns(plane, z, box, runs);
+        if (runs.empty()) continue;
+        if (!looks_into || runs.back() == whole) return runs.assign({whole});
+      }
+    }
+    mergeRuns(runs);
+  }
+
  private:
-  // Calls convert(samples, done) for pieces of `count` voxels of the file from `first` on.
-  template <typename Convert>
-  void readRun(std::uint64_t first, std::uint64_t count, Convert convert) {
+  std::size_t planes() const { return order_ == ArrayOrder::planes ? info_.channels.size() : 1; }
+  // In the file, in voxels of it.
+  std::uint64_t indexOf(std::size_t plane, glm::ivec3 voxel) const {
+    const std::uint64_t slice = plane * static_cast<std::uint64_t>(info_.dims.z) + static_cast<std::uint64_t>(voxel.z);
+    const std::uint64_t row = slice * static_cast<std::uint64_t>(info_.dims.y) + static_cast<std::uint64_t>(voxel.y);
+    return row * static_cast<std::uint64_t>(info_.dims.x) + static_cast<std::uint64_t>(voxel.x);
+  }
+
+  // `count` voxels of the file from `begin` on, which are voxels `first` and on of `out`.
+  void readRun(std::size_t plane, std::uint64_t begin, std::uint64_t count, std::uint64_t first,
+               std::span<std::byte> out) {
     const std::size_t file_voxel = converter_.format().voxelBytes();
     const std::uint64_t piece = kPieceBytes / file_voxel;
-    samples_.resize(std::min(piece, count) * file_voxel);
+    samples_.resize(std::max<std::size_t>(samples_.size(), std::min(piece, count) * file_voxel));
     for (std::uint64_t done = 0; done < count; done += piece) {
       const auto samples = std::span(samples_).first(std::min(piece, count - done) * file_voxel);
-      bytes_->read((first + done) * file_voxel, samples);
-      convert(samples, done);
+      bytes_->read((begin + done) * file_voxel, samples);
+      convert(converter_, plane, samples, first + done, out);
     }
+  }
+
+  void convert(ChannelConverter& converter, std::size_t plane, std::span<std::byte> samples, std::uint64_t first,
+               std::span<std::byte> out) const {
+    if (order_ == ArrayOrder::voxels) return converter.convert(samples, first, out);
+    converter.convertPlane(plane, samples, first, out);
+  }
+
+  std::vector<std::byte> blankVoxel() const {
+    ChannelConverter converter = converter_.anew();
+    std::vector<std::byte> blank(voxelBytes(info_.type) * info_.channels.size());
+    for (std::size_t plane = 0; plane < planes(); ++plane) {
+      std::vector<std::byte> zeros(converter.format().voxelBytes());
+      convert(converter, plane, zeros, 0, blank);
+    }
+    return blank;
+  }
+
+  // Of one slice of the box, row by row where there is data.
+  void addRuns(std::size_t plane, int z, const VoxelBox& box, std::vector<VoxelRun>& runs) {
+    const std::uint64_t file_voxel = converter_.format().voxelBytes();
+    const std::uint64_t row_bytes = static_cast<std::uint64_t>(info_.dims.x) * file_voxel;
+    const std::uint64_t slice = indexOf(plane, {0, 0, z}) * file_voxel;
+    const std::uint64_t end = indexOf(plane, {box.end.x, box.end.y - 1, z}) * file_voxel;
+    for (std::uint64_t at = indexOf(plane, {box.begin.x, box.begin.y, z}) * file_voxel; at < end;) {
+      const ByteRange data = dataFrom(at);
+      at = std::min(data.end, end);
+      for (std::uint64_t next = data.begin; next < at;) {
+        const std::uint64_t row = (next - slice) / row_bytes * row_bytes + slice;
+        const std::uint64_t row_end = std::min(at, row + row_bytes);
+        const VoxelRun run{.begin = std::max(static_cast<int>((next - row) / file_voxel), box.begin.x),
+                           .end = std::min(static_cast<int>((row_end - row + file_voxel - 1) / file_voxel), box.end.x)};
+        if (run.begin < run.end && (runs.empty() || runs.back() != run)) runs.push_back(run);
+        next = row_end;
+      }
+    }
+  }
+
+  // Asks the file but where it has just been asked.
+  ByteRange dataFrom(std::uint64_t offset) {
+    if (offset < known_from_ || offset >= known_.end) {
+      known_ = bytes_->dataFrom(offset);
+      known_from_ = offset;
+    }
+    return {std::max(offset, known_.begin), known_.end};
   }
 
   SourceInfo info_;
@@ -65,6 +139,8 @@ class SampleArray final : public Source {
   ArrayOrder order_;
   std::shared_ptr<ByteReader> bytes_;
   std::vector<std::byte> samples_;
+  std::uint64_t known_from_ = 0;
+  ByteRange known_;  // the first data from known_from_ on
 };
 
 // Values of `said` are maps from samples, those of `channel` so far the way from stored values to samples.

@@ -28,6 +28,14 @@ InputFile::InputFile(const std::filesystem::path& path) : path_(path), name_(pat
 
 InputFile::~InputFile() { close(descriptor_); }
 
+ByteRange InputFile::dataFrom(std::uint64_t offset) const {
+  const off_t begin = lseek(descriptor_, static_cast<off_t>(offset), SEEK_DATA);
+  if (begin < 0 && errno == ENXIO) return {bytes_, bytes_};
+  if (begin < 0) return {offset, bytes_};
+  const off_t end = lseek(descriptor_, begin, SEEK_HOLE);
+  return {static_cast<std::uint64_t>(begin), end < 0 ? bytes_ : static_cast<std::uint64_t>(end)};
+}
+
 std::size_t InputFile::readSome(std::uint64_t offset, std::span<std::byte> out) const {
   std::size_t done = 0;
   while (done < out.size()) {

@@ -11,6 +11,12 @@
 
 namespace blockwalk {
 
+// Bytes from `begin` up to and without `end`.
+struct ByteRange {
+  std::uint64_t begin = 0;
+  std::uint64_t end = 0;
+};
+
 // Move-only owner of a file descriptor. Throws DataError for whatever cannot be opened or is not a regular file (a
 // pipe, a device, a folder), so that no read blocks and no length is a lie.
 class InputFile {
@@ -26,6 +32,9 @@ class InputFile {
   std::uint64_t bytes() const { return bytes_; }
   int descriptor() const { return descriptor_; }
 
+  // The first bytes from `offset` on that are no hole; both ends the file's where there are none. All of it where the
+  // file system knows no holes. From several threads at a time.
+  ByteRange dataFrom(std::uint64_t offset) const;
   // Fills `out` from `offset`, or throws DataError that names the offset.
   void read(std::uint64_t offset, std::span<std::byte> out) const;
   // Reads what there is of out.size() bytes; returns how many.

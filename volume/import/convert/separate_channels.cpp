@@ -34,6 +34,21 @@ class SeparateChannels final : public Source {
     for (std::size_t i = 0; i < sources_.size(); ++i) sources_[i]->readRows(z, y, count, out.subspan(i * bytes, bytes));
   }
 
+  void findRuns(const VoxelBox& box, std::vector<VoxelRun>& runs) override {
+    std::vector<VoxelRun> all;
+    for (const auto& source : sources_) {
+      source->findRuns(box, runs);
+      all.insert(all.end(), runs.begin(), runs.end());
+    }
+    mergeRuns(all);
+    runs = std::move(all);
+  }
+
+  void readBox(const VoxelBox& box, std::span<std::byte> out) override {
+    const std::size_t bytes = out.size() / sources_.size();
+    for (std::size_t i = 0; i < sources_.size(); ++i) sources_[i]->readBox(box, out.subspan(i * bytes, bytes));
+  }
+
  private:
   std::vector<std::unique_ptr<Source>> sources_;
   SourceInfo info_;
@@ -87,7 +102,10 @@ std::unique_ptr<Source> openSeparate(const std::vector<std::filesystem::path>& p
     const SourceInfo& other = sources[i]->info();
     info.channels.push_back(other.channels[0]);
     info.random_access = info.random_access && other.random_access;
+    info.blank.insert(info.blank.end(), other.blank.begin(), other.blank.end());
   }
+  // All or none must say where they are blank.
+  if (info.blank.size() != sources.size() * voxelBytes(info.type)) info.blank.clear();
   for (std::size_t i = 0; i < sources.size(); ++i) {
     info.channels[i].name = std::filesystem::path(sources[i]->info().name).stem().string();
   }
