@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <chrono>
 #include <memory>
+#include <optional>
 
 #include "clients/cli/build_flags.h"
 #include "clients/cli/commands.h"
@@ -14,12 +15,15 @@ namespace {
 struct DemoCommand {
   std::string name;
   int size = 512;
+  std::string type;
   BuildFlags build;
 
   void run() const {
     const auto begun = std::chrono::steady_clock::now();
     BuildOptions options = build.options(build.memoryBytes());
-    const auto source = openDemo(name, size);
+    std::optional<VoxelType> voxel_type;
+    if (!type.empty()) voxel_type = type == "u16" ? VoxelType::u16 : VoxelType::f32;
+    const auto source = openDemo(name, size, voxel_type);
     BuildReport report;
     {
       Progress progress;
@@ -41,10 +45,13 @@ void addDemoCommand(CLI::App& app) {
   const auto names = demoNames();
   command
       ->add_option("NAME", demo->name,
-                   "fossil, rock, chip (rgba8); vessels (u8); cells (u16); smoke (f32); tissue (3 x u16)")
+                   "fossil, rock, chip (rgba8); vessels (u8); cells (u16); smoke (f32); tissue (3 x u16); cosmos (u16, "
+                   "nearly all of it empty: any size)")
       ->required()
       ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
   command->add_option("--size", demo->size, "voxels along the longest axis (512)")->check(CLI::Range(1, kMaxDim));
+  command->add_option("--type", demo->type, "cosmos: type of a voxel, u16 or f32 (u16)")
+      ->check(CLI::IsMember({"u16", "f32"}));
   demo->build.add(*command);
   command->callback([demo] { demo->run(); });
 }

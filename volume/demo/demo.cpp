@@ -16,18 +16,21 @@ namespace {
 
 using MakeModel = std::unique_ptr<DemoModel> (*)(int size);
 
-constexpr std::array<std::string_view, 7> kNames = {"fossil", "rock", "chip", "vessels", "cells", "smoke", "tissue"};
-constexpr std::array<MakeModel, 7> kModels = {makeFossil, makeRock,  makeChip,  makeVessels,
-                                              makeCells,  makeSmoke, makeTissue};
+constexpr std::array<std::string_view, 8> kNames = {"fossil", "rock",  "chip",   "vessels",
+                                                    "cells",  "smoke", "tissue", "cosmos"};
+constexpr std::array<MakeModel, 8> kModels = {makeFossil, makeRock,  makeChip,   makeVessels,
+                                              makeCells,  makeSmoke, makeTissue, makeCosmos};
 
 class DemoSource final : public Source {
  public:
-  DemoSource(std::string_view name, MakeModel make, int size) : make_(make), size_(size), model_(make(size)) {
+  DemoSource(std::string_view name, MakeModel make, int size, std::unique_ptr<DemoModel> model)
+      : make_(make), size_(size), model_(std::move(model)), sparse_(model_->sparse()) {
     info_.name = name;
     info_.format = "demo";
     info_.type = model_->type();
     info_.dims = model_->dims();
     info_.random_access = true;
+    if (sparse_ != nullptr) info_.blank.resize(voxelBytes(info_.type));
     const std::vector<std::string> channels = model_->channels();
     if (channels.empty()) return;
     info_.channels.resize(channels.size());
@@ -36,7 +39,15 @@ class DemoSource final : public Source {
 
   const SourceInfo& info() const override { return info_; }
   // A model keeps what it found last, so each has its own.
-  std::unique_ptr<Source> another() const override { return std::make_unique<DemoSource>(info_.name, make_, size_); }
+  std::unique_ptr<Source> another() const override {
+    return std::make_unique<DemoSource>(info_.name, make_, size_, sparse_ ? sparse_->another() : make_(size_));
+  }
+
+  void findRuns(const VoxelBox& box, std::vector<VoxelRun>& runs) override { sparse_->findRuns(box, runs); }
+  void readBox(const VoxelBox& box, std::span<std::byte> out) override {
+    std::ranges::fill(out, std::byte{0});
+    sparse_->writeBox(box, out);
+  }
 
   void readRows(int z, int y, int count, std::span<std::byte> out) override {
     const std::size_t row_bytes = channelRowBytes(info_);
@@ -59,6 +70,7 @@ class DemoSource final : public Source {
   MakeModel make_;
   int size_;
   std::unique_ptr<DemoModel> model_;
+  SparseModel* sparse_;  // the model, or nothing
   std::vector<std::byte> row_;
 };
 
@@ -66,7 +78,7 @@ class DemoSource final : public Source {
 
 std::span<const std::string_view> demoNames() { return kNames; }
 
-std::unique_ptr<Source> openDemo(std::string_view name, int size) {
+std::unique_ptr<Source> openDemo(std::string_view name, int size, std::optional<VoxelType> type) {
   const auto found = std::find(kNames.begin(), kNames.end(), name);
   if (found == kNames.end()) {
     std::string known;
@@ -74,8 +86,14 @@ std::unique_ptr<Source> openDemo(std::string_view name, int size) {
     failData("demo '{}' is not known; there are {}", name, known);
   }
   if (size < 1 || size > kMaxDim) failData("demo {}: size {} is outside 1..{}", name, size, kMaxDim);
-  const auto index = static_cast<std::size_t>(found - kNames.begin());
-  return std::make_unique<DemoSource>(name, kModels[index], size);
+  MakeModel make = kModels[static_cast<std::size_t>(found - kNames.begin())];
+  if (name == "cosmos" && type == VoxelType::f32) make = makeCosmosOfFloats;
+  std::unique_ptr<DemoModel> model = make(size);
+  if (type && *type != model->type()) {
+    failData("demo {}: it has no type {}; there is {}", name, voxelTypeName(*type),
+             name == "cosmos" ? "u16 and f32" : voxelTypeName(model->type()));
+  }
+  return std::make_unique<DemoSource>(name, make, size, std::move(model));
 }
 
 glm::ivec3 demoDims(int size, glm::ivec3 shape) {

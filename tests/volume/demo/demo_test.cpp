@@ -67,6 +67,7 @@ Expected expectedOf(std::string_view name) {
   if (name == "vessels") return {VoxelType::u8, {192, 192, 192}, 0.001, 0.03, 255};
   if (name == "cells") return {VoxelType::u16, {192, 144, 96}, 0.05, 0.3, 40000};
   if (name == "tissue") return {VoxelType::u16, {192, 192, 144}, 0.005, 0.05, 32200};
+  if (name == "cosmos") return {VoxelType::u16, {192, 192, 192}, 0.001, 0.1, 65535};
   return {VoxelType::f32, {119, 192, 119}, 0.01, 0.3, 1};
 }
 
@@ -127,9 +128,9 @@ INSTANTIATE_TEST_SUITE_P(All, Demo, testing::ValuesIn(demoNames().begin(), demoN
 
 TEST(DemoVolumes, AreTheSameOnEveryMachine) {
   const std::pair<std::string_view, std::uint64_t> hashes[] = {
-      {"fossil", 0x780e61349b3e29e0ull},  {"rock", 0xfdee2c741f563fa3ull},  {"chip", 0x45077212e064fc66ull},
-      {"vessels", 0x04cf3d8b64aaa856ull}, {"cells", 0x73fef82725750d13ull}, {"smoke", 0xfdada204e7993a2dull},
-      {"tissue", 0xe2997019a80ca9a0ull},
+      {"fossil", 0x780e61349b3e29e0ull},  {"rock", 0xfdee2c741f563fa3ull},   {"chip", 0x45077212e064fc66ull},
+      {"vessels", 0x04cf3d8b64aaa856ull}, {"cells", 0x73fef82725750d13ull},  {"smoke", 0xfdada204e7993a2dull},
+      {"tissue", 0xe2997019a80ca9a0ull},  {"cosmos", 0xcce7e2eb1ffac281ull},
   };
   for (const auto& [name, hash] : hashes) {
     const std::vector<std::byte> voxels = readWhole(*openDemo(name, 48));
@@ -184,6 +185,7 @@ TEST(DemoVolumes, RefusesUnknownNamesAndSizes) {
   EXPECT_THAT(message("teapot", 64), HasSubstr("fossil, rock, chip"));
   EXPECT_THAT(message("fossil", 0), HasSubstr("1..65536"));
   EXPECT_THAT(message("fossil", 65537), HasSubstr("1..65536"));
+  EXPECT_THAT(message("cosmos", 65537), HasSubstr("cosmos: size 65537 is outside 1..65536"));
 }
 
 }  // namespace
