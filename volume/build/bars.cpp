@@ -70,7 +70,8 @@ void forEachBar(const VolumeInfo& info, const FindRuns& find, const BlockRow& ro
   RunFinder finder(info, find);
   const int side = info.subblock_side;
   const std::size_t layer_bytes = static_cast<std::size_t>(side * side) * voxelBytes(info.type) * info.channels.size();
-  const int longest = std::max(kGuessStretch, static_cast<int>(std::min<std::size_t>(bar_bytes / layer_bytes, kMaxDim)));
+  const int longest =
+      std::max(kGuessStretch, static_cast<int>(std::min<std::size_t>(bar_bytes / layer_bytes, kMaxDim)));
   for (int z = row.box.begin.z; z < row.box.end.z; z += side) {
     for (int y = row.box.begin.y; y < row.box.end.y; y += side) {
       VoxelBox bar{.begin = {0, y, z},

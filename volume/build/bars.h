@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where a source that says where it is blank may not be: found from large boxes to small ones, so that blank space costs
-// next to nothing.
+// Where a source that says where it is blank may not be: found from large boxes to small ones, so that blank space
+// costs next to nothing.
 #pragma once
 
 #include <cstddef>

@@ -16,19 +16,18 @@ namespace {
 
 constexpr std::size_t kBatchBytes = std::size_t{1} << 20;  // handing a batch over takes as long as 10 to 50 KiB
 
-struct StripPlace {
-  int y = 0;
-  int z = 0;
-};
-
 // Strips that are cut in one go.
 class StripBatch {
  public:
+  struct Place {
+    int y = 0;
+    int z = 0;
+  };
   void clear() {
     places_.clear();
     strips_.clear();
   }
-  void add(StripPlace place) { places_.push_back(place); }
+  void add(Place place) { places_.push_back(place); }
   void read(StripReader& reader) {
     voxels_.resize(std::max(voxels_.size(), places_.size()));
     for (std::size_t i = 0; i < places_.size(); ++i) {
@@ -45,7 +44,7 @@ class StripBatch {
   std::span<const Strip> strips() const { return strips_; }
 
  private:
-  std::vector<StripPlace> places_;
+  std::vector<Place> places_;
   std::vector<Strip> strips_;
   std::vector<std::vector<std::byte>> voxels_;  // of a strip each; kept for the next ones
 };
@@ -234,6 +233,7 @@ class Scanning {
 
   // What the source does not say to be blank; the rest counts without a look.
   void scanBars() {
+    BLOCKWALK_CHECK(idle_.front()->reads(), ==, true);  // each finds and reads its own
     const auto find = [this](const VoxelBox& box, std::vector<VoxelRun>& runs) { source_.findRuns(box, runs); };
     forEachBlockRow(info_, find, [this](const BlockRow& row) {
       if (row.runs.empty()) return pass(rowCount(row.box));
@@ -296,21 +296,6 @@ class Scanning {
   JobsInOrder<std::unique_ptr<StripScanner>> jobs_;
 };
 
-}  // namespace
-
-glm::ivec3 insideExtent(glm::ivec3 begin, glm::ivec3 dims, int side) {
-  return glm::clamp(dims - begin, glm::ivec3(0), glm::ivec3(side));
-}
-
-std::uint64_t subblockKey(glm::ivec3 subblock, int block_side) {
-  const glm::ivec3 block = subblock / block_side;
-  const glm::ivec3 local = subblock - block * block_side;
-  const int index = local.x + block_side * (local.y + block_side * local.z);
-  return mortonCode(glm::uvec3(block)) << 8 | static_cast<std::uint64_t>(index);
-}
-
-namespace {
-
 Scan emptyScan(const SourceInfo& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
                const std::filesystem::path& folder) {
   const std::size_t slot_bytes =
@@ -335,6 +320,17 @@ Scan emptyScan(const SourceInfo& source, const VolumeInfo& info, const BuildOpti
 }
 
 }  // namespace
+
+glm::ivec3 insideExtent(glm::ivec3 begin, glm::ivec3 dims, int side) {
+  return glm::clamp(dims - begin, glm::ivec3(0), glm::ivec3(side));
+}
+
+std::uint64_t subblockKey(glm::ivec3 subblock, int block_side) {
+  const glm::ivec3 block = subblock / block_side;
+  const glm::ivec3 local = subblock - block * block_side;
+  const int index = local.x + block_side * (local.y + block_side * local.z);
+  return mortonCode(glm::uvec3(block)) << 8 | static_cast<std::uint64_t>(index);
+}
 
 Scan scanSource(Source& source, const VolumeInfo& info, const BuildOptions& options, const BuildBudget& budget,
                 const std::filesystem::path& folder, Workers& workers) {

@@ -59,9 +59,8 @@ class SampleArray final : public Source {
     const bool looks_into = box.extent().y * static_cast<std::int64_t>(box.extent().z) <= kRowsLookedInto;
     for (std::size_t plane = 0; plane < planes(); ++plane) {
       for (int z = box.begin.z; z < box.end.z; ++z) {
-        addRuns(plane, z, box, runs);
-        if (runs.empty()) continue;
-        if (!looks_into || runs.back() == whole) return runs.assign({whole});
+        addRuns(plane, z, box, looks_into, runs);
+        if (!runs.empty() && (!looks_into || runs.back() == whole)) return runs.assign({whole});
       }
     }
     mergeRuns(runs);
@@ -105,8 +104,8 @@ class SampleArray final : public Source {
     return blank;
   }
 
-  // Of one slice of the box, row by row where there is data.
-  void addRuns(std::size_t plane, int z, const VoxelBox& box, std::vector<VoxelRun>& runs) {
+  // Of one slice of the box, row by row where there is data; or the first alone.
+  void addRuns(std::size_t plane, int z, const VoxelBox& box, bool all, std::vector<VoxelRun>& runs) {
     const std::uint64_t file_voxel = converter_.format().voxelBytes();
     const std::uint64_t row_bytes = static_cast<std::uint64_t>(info_.dims.x) * file_voxel;
     const std::uint64_t slice = indexOf(plane, {0, 0, z}) * file_voxel;
@@ -120,6 +119,7 @@ class SampleArray final : public Source {
         const VoxelRun run{.begin = std::max(static_cast<int>((next - row) / file_voxel), box.begin.x),
                            .end = std::min(static_cast<int>((row_end - row + file_voxel - 1) / file_voxel), box.end.x)};
         if (run.begin < run.end && (runs.empty() || runs.back() != run)) runs.push_back(run);
+        if (!all && !runs.empty()) return;
         next = row_end;
       }
     }

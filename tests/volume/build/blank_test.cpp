@@ -88,9 +88,9 @@ BuildBudget budgetWith(int workers) {
 std::string checkedFile(Source& source, const BuildOptions& options = {}, int workers = 2) {
   const ScratchFolder folder;
   buildVolume(source, folder / "a.bwv", options, budgetWith(workers));
-  EXPECT_EQ(verifyVolume(source, folder / "a.bwv"),
-            static_cast<std::uint64_t>(source.info().dims.x) * static_cast<std::uint64_t>(source.info().dims.y) *
-                static_cast<std::uint64_t>(source.info().dims.z));
+  EXPECT_EQ(verifyVolume(source, folder / "a.bwv"), static_cast<std::uint64_t>(source.info().dims.x) *
+                                                        static_cast<std::uint64_t>(source.info().dims.y) *
+                                                        static_cast<std::uint64_t>(source.info().dims.z));
   return readBytes(folder / "a.bwv");
 }
 

@@ -128,7 +128,9 @@ TEST_F(Holes, OfSeparateChannelsMeet) {
     if (!writeWithHoles(scratch.path("holes/" + name), bytes)) GTEST_SKIP() << "no holes on this file system";
     scratch.write("dense/" + name, bytes);
   }
-  const auto open = [&](const char* a, const char* b) { return openSource({scratch.path(a), scratch.path(b)}, options); };
+  const auto open = [&](const char* a, const char* b) {
+    return openSource({scratch.path(a), scratch.path(b)}, options);
+  };
   const auto built = [&](Source& source) {
     buildVolume(source, scratch.path("a.bwv"), {});
     return readBytes(scratch.path("a.bwv"));
