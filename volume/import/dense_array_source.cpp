@@ -83,8 +83,17 @@ class SampleArray final : public Source {
     samples_.resize(std::max<std::size_t>(samples_.size(), std::min(piece, count) * file_voxel));
     for (std::uint64_t done = 0; done < count; done += piece) {
       const auto samples = std::span(samples_).first(std::min(piece, count - done) * file_voxel);
-      bytes_->read((begin + done) * file_voxel, samples);
+      readSamples((begin + done) * file_voxel, samples);
       convert(converter_, plane, samples, first + done, out);
+    }
+  }
+
+  // A hole that is read would take pages of the system's cache.
+  void readSamples(std::uint64_t offset, std::span<std::byte> samples) {
+    if (!info_.blank.empty() && dataFrom(offset).begin >= offset + samples.size()) {
+      std::ranges::fill(samples, std::byte{0});
+    } else {
+      bytes_->read(offset, samples);
     }
   }
 
