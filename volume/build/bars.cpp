@@ -6,7 +6,7 @@
 namespace blockwalk {
 namespace {
 
-// Of x, as far as another run lies; whole subblocks.
+// Behind the runs there are, in whole subblocks.
 void addRun(std::vector<VoxelRun>& runs, VoxelRun run, int side, int width) {
   run.begin = run.begin / side * side;
   run.end = std::min((run.end + side - 1) / side * side, width);
@@ -89,7 +89,8 @@ void forEachBar(const VolumeInfo& info, const FindRuns& find, const BlockRow& ro
 bool isBlankEmpty(const SourceInfo& source, std::span<const std::optional<float>> thresholds) {
   for (std::size_t channel = 0; channel < thresholds.size(); ++channel) {
     const float density = storedDensity(source.type, source.blank.data() + channel * voxelBytes(source.type));
-    if (thresholds[channel] && !isEmptyDensity(density, *thresholds[channel])) return false;
+    const std::optional<float>& threshold = thresholds[channel];
+    if (threshold && !isEmptyDensity(density, *threshold)) return false;
   }
   return true;
 }
