@@ -108,7 +108,8 @@ class StripScanner {
       if (!guesses_.empty()) guess(strip, channel);
     }
     cutter_.cut(strip);
-    voxels_ += strip.voxels.size() / strip.channels / voxelBytes(info_.type);
+    voxels_ += static_cast<std::uint64_t>(strip.extent.x) * static_cast<std::uint64_t>(strip.extent.y) *
+               static_cast<std::uint64_t>(strip.extent.z);
   }
 
   // From one row of eight, the same ones however the volume is cut into strips.
