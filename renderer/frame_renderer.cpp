@@ -6,8 +6,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "renderer/plan/paging.h"
-
 namespace blockwalk {
 namespace {
 
@@ -67,14 +65,14 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
     trial_.reset();
     frame_ = std::make_unique<PlannedFrame>(renderer_.tools_, volume_, std::move(plan), order_);
   }
-  // What finds no room as a whole is paged, and what finds none then gives way to a coarser level, if any may do.
+  // What finds no room needs less when it is planned anew, or is refused.
   bool advanceFrame() {
     try {
       return frame_->advance();
-    } catch (const OutOfDeviceMemory&) {
+    } catch (const OutOfDeviceMemory& error) {
       const bool any_level = order_.view.level == kAutoLevel;
-      const bool needs_less = frame_->isMaking() && (renderer_.pageInstead(volume_.info(), frame_->plan()) ||
-                                                     (any_level && renderer_.coarsen(volume_, frame_->plan())));
+      const bool needs_less = frame_->isMaking() && renderer_.room_.giveWay(volume_.serial(), volume_.info(),
+                                                                            frame_->plan(), error, any_level);
       if (!needs_less) throw;
     }
     frame_.reset();
@@ -140,7 +138,7 @@ FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
              .kept_sums = KeptSums(device, tools_.residency, options.kept_sum_bytes),
              .buffers = FrameBufferPool(device),
              .times = BandTimes(device.isSoftware() ? kSoftwareFloor : kHardwareFloor)},
-      page_above_bytes_(options.page_bytes.value_or(device.info().memory_budget_bytes)) {
+      room_(options.page_bytes.value_or(device.info().memory_budget_bytes)) {
   device.onShortage([this](std::uint64_t bytes) { return reclaim(bytes); });
 }
 
@@ -152,17 +150,17 @@ std::unique_ptr<VulkanVolume> FrameRenderer::load(VolumeFile file) {
 }
 
 std::unique_ptr<FrameInProgress> FrameRenderer::begin(const VulkanVolume& volume, FrameOrder order) {
+  if (room_.hasGivenWay()) room_.reconsider(device_.freeBytes());
   return std::make_unique<OrderedFrame>(*this, volume, std::move(order));
 }
 
 DeviceTraits FrameRenderer::traits(std::uint64_t volume) const {
-  const auto finest = finest_levels_.find(volume);
   return {.ray_query = device_.rayQuery(),
           .software = device_.isSoftware(),
           .max_instances = device_.maxInstances(),
           .fastest = finders_.find(volume),
-          .page_above_bytes = page_above_bytes_,
-          .finest_level = finest == finest_levels_.end() ? 0 : finest->second};
+          .page_above_bytes = room_.pageAboveBytes(),
+          .finest_level = room_.finestLevel(volume)};
 }
 
 bool FrameRenderer::shouldProbe(const FrameOrder& order) const {
@@ -175,23 +173,6 @@ void FrameRenderer::settle(std::uint64_t volume, Finder fastest) {
   finders_.settle(volume, fastest);
   const Part other = fastest == Finder::grid ? Part::instances : Part::grid;
   tools_.residency.drop([&](std::uint64_t of, const Need& need) { return of == volume && need.part == other; });
-}
-
-// Whether what found no room is paged from now on, and all that is as large.
-bool FrameRenderer::pageInstead(const VolumeInfo& info, const Plan& plan) {
-  const bool is_coarsest = static_cast<std::size_t>(plan.level) + 1 == info.levels.size();
-  if (page_above_bytes_ == 0 || plan.is_blank || plan.isPaged() || is_coarsest) return false;
-  page_above_bytes_ = std::max<std::uint64_t>(1, std::min(page_above_bytes_, voxelBytes(info, plan) - 1));
-  return true;
-}
-
-// Whether `auto` takes a coarser level of the volume from now on.
-bool FrameRenderer::coarsen(const VulkanVolume& volume, const Plan& plan) {
-  int& finest = finest_levels_[volume.serial()];
-  if (static_cast<std::size_t>(std::max(finest, plan.level)) + 1 >= volume.info().levels.size()) return false;
-  finest = std::max(finest, plan.level) + 1;
-  device_.note(fmt::format("level auto is {} or coarser: what a finer one needs found no room", finest));
-  return true;
 }
 
 std::uint64_t FrameRenderer::reclaim(std::uint64_t bytes) {
@@ -208,7 +189,7 @@ void FrameRenderer::forgetVolume(std::uint64_t volume) {
   tools_.residency.drop(volume);
   tools_.times.forget(volume);
   finders_.forget(volume);
-  finest_levels_.erase(volume);
+  room_.forget(volume);
 }
 
 }  // namespace blockwalk

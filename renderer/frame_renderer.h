@@ -3,9 +3,8 @@
 // piece by piece (renderer/planned_frame.h).
 #pragma once
 
-#include <map>
-
 #include "renderer/finder_choice.h"
+#include "renderer/level_room.h"
 #include "renderer/part_maker.h"
 #include "renderer/planned_frame.h"
 
@@ -30,8 +29,6 @@ class FrameRenderer {
   DeviceTraits traits(std::uint64_t volume) const;
   bool shouldProbe(const FrameOrder& order) const;
   void settle(std::uint64_t volume, Finder fastest);
-  bool pageInstead(const VolumeInfo& info, const Plan& plan);
-  bool coarsen(const VulkanVolume& volume, const Plan& plan);
   std::uint64_t reclaim(std::uint64_t bytes);
   void forgetVolume(std::uint64_t volume);
 
@@ -40,8 +37,7 @@ class FrameRenderer {
   PartMaker parts_;  // outlives what is in the making
   FrameTools tools_;
   FinderChoices finders_;
-  std::uint64_t page_above_bytes_;              // voxels of a level that take more come and go; 0: never
-  std::map<std::uint64_t, int> finest_levels_;  // of volumes, that `auto` takes, where it is not 0
+  LevelRoom room_;
 };
 
 }  // namespace blockwalk

@@ -15,16 +15,9 @@
 
 #include "volume/error.h"
 #include "volume/voxel.h"
+#include "volume/voxel_box.h"
 
 namespace blockwalk {
-
-// Voxels from `begin` up to and without `end`, on each axis.
-struct VoxelBox {
-  glm::ivec3 begin{0};
-  glm::ivec3 end{0};
-
-  glm::ivec3 extent() const { return end - begin; }
-};
 
 // Part of a row: x from `begin` up to and without `end`.
 struct VoxelRun {

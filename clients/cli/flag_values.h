@@ -7,7 +7,7 @@
 #include <string>
 #include <string_view>
 
-#include "volume/export/voxel_box.h"
+#include "volume/voxel_box.h"
 
 namespace blockwalk {
 

@@ -15,10 +15,22 @@ BlockReader::BlockReader(std::shared_ptr<const VolumeFile> file, const Need& nee
       exponent_(densityExponent(file_->info(), static_cast<std::size_t>(need.channel))) {
   if (need.apron) {
     apron_ = std::make_unique<ApronLevel>(*file_, need.level, need.channel, need.form, cache_bytes);
-    records_ = std::make_shared<const Level>(apron_->records());
+    records_ = apron_->shareRecords();
   } else {
     records_ = std::make_shared<const Level>(file_->readLevel(need.level, need.channel, need.form));
   }
+}
+
+BlockReader::BlockReader(const BlockReader& other, std::uint64_t cache_bytes)
+    : file_(other.file_),
+      need_(other.need_),
+      subblock_bytes_(other.subblock_bytes_),
+      exponent_(other.exponent_),
+      apron_(other.apron_ == nullptr ? nullptr : other.apron_->another(cache_bytes)),
+      records_(other.records_) {}
+
+std::unique_ptr<BlockReader> BlockReader::another(std::uint64_t cache_bytes) const {
+  return std::unique_ptr<BlockReader>(new BlockReader(*this, cache_bytes));
 }
 
 void BlockReader::read(std::size_t first, std::size_t count, std::span<std::byte> out) {

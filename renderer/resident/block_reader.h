@@ -16,6 +16,9 @@ class BlockReader {
   // Reads records only. Throws what VolumeFile throws. `cache_bytes`: of blocks that aprons are made from.
   BlockReader(std::shared_ptr<const VolumeFile> file, const Need& need, std::uint64_t cache_bytes);
 
+  // The same for another thread, with a cache of its own.
+  std::unique_ptr<BlockReader> another(std::uint64_t cache_bytes) const;
+
   const std::shared_ptr<const Level>& records() const { return records_; }
   std::uint64_t blockBytes(std::size_t block) const { return records_->blocks[block].subblock_count * subblock_bytes_; }
   int exponent() const { return exponent_; }  // of densities on the device (renderer/plan/density_scale.h)
@@ -24,6 +27,8 @@ class BlockReader {
   void read(std::size_t first, std::size_t count, std::span<std::byte> out);
 
  private:
+  BlockReader(const BlockReader& other, std::uint64_t cache_bytes);
+
   std::shared_ptr<const VolumeFile> file_;
   Need need_;
   std::uint64_t subblock_bytes_;

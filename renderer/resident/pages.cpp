@@ -3,18 +3,22 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <future>
+#include <system_error>
 #include <utility>
 
 #include "shaders/kernel_interface.h"
 #include "volume/error.h"
+#include "volume/host_limits.h"
 
 namespace blockwalk {
 namespace {
 
 // That is read at once, so that frames go on between.
 constexpr std::uint64_t kBatchBytes = std::uint64_t{4} << 20;
-// Of neighbours that aprons are made from.
-constexpr std::uint64_t kPageCacheBytes = std::uint64_t{16} << 20;
+// Of a thread, of neighbours that aprons are made from.
+constexpr std::uint64_t kPageCacheBytes = std::uint64_t{8} << 20;
+constexpr int kMostReaders = 4;
 
 }  // namespace
 
@@ -50,8 +54,11 @@ PagedVoxels::PagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarte
       quarter_kernels_(quarters),
       file_(volume.file),
       need_(need),
-      reader_(std::move(reader)),
-      present_(reader_->records()->blocks.size()) {}
+      present_(reader->records()->blocks.size()) {
+  readers_.push_back(std::move(reader));
+  const auto most = static_cast<std::size_t>(std::min(kMostReaders, hostProcessors().to_use));
+  while (readers_.size() < most) readers_.push_back(readers_.front()->another(kPageCacheBytes));
+}
 
 PagedVoxels::~PagedVoxels() {
   for (const auto& page : present_) {
@@ -98,25 +105,50 @@ bool PagedVoxels::advance(bool waits) {
 }
 
 void PagedVoxels::startBatch() {
+  const BlockReader& reader = *readers_.front();
   std::uint64_t bytes = 0;
   std::size_t count = 0;
-  while (count < wanted_.size() && (count == 0 || bytes < kBatchBytes)) bytes += reader_->blockBytes(wanted_[count++]);
+  while (count < wanted_.size() && (count == 0 || bytes < kBatchBytes)) bytes += reader.blockBytes(wanted_[count++]);
   std::vector<std::uint32_t> blocks(wanted_.begin(), wanted_.begin() + static_cast<std::ptrdiff_t>(count));
   wanted_.erase(wanted_.begin(), wanted_.begin() + static_cast<std::ptrdiff_t>(count));
   // Of the host and of what it shares alone: it may go on when this has ended.
-  batch_ = std::make_unique<HostWork<Batch>>([reader = reader_, blocks = std::move(blocks)] {
-    Batch batch{.blocks = blocks, .voxels = {}, .failure = {}};
-    for (const std::uint32_t block : blocks) {
-      std::vector<std::byte>& voxels = batch.voxels.emplace_back(reader->blockBytes(block));
+  batch_ = std::make_unique<HostWork<Batch>>(
+      [readers = readers_, blocks = std::move(blocks)] { return readBatch(readers, blocks); });
+}
+
+// Neighbours lie beside each other in the file: each thread has a run of the blocks.
+PagedVoxels::Batch PagedVoxels::readBatch(const std::vector<std::shared_ptr<BlockReader>>& readers,
+                                          std::vector<std::uint32_t> blocks) {
+  Batch batch{.blocks = std::move(blocks), .voxels = {}, .failure = {}};
+  const std::size_t count = batch.blocks.size();
+  batch.voxels.resize(count);
+  std::vector<std::string> failures(readers.size());
+  const auto readRun = [&](std::size_t thread) {
+    for (std::size_t i = count * thread / readers.size(); i < count * (thread + 1) / readers.size(); ++i) {
+      std::vector<std::byte>& voxels = batch.voxels[i];
+      voxels.resize(readers[thread]->blockBytes(batch.blocks[i]));
       try {
-        reader->read(block, 1, voxels);
+        readers[thread]->read(batch.blocks[i], 1, voxels);
       } catch (const DataError& error) {
-        batch.failure = error.what();
+        failures[thread] = error.what();
         voxels.clear();
       }
     }
-    return batch;
-  });
+  };
+  std::vector<std::future<void>> others;
+  for (std::size_t i = 1; i < readers.size(); ++i) {
+    try {
+      others.push_back(std::async(std::launch::async, readRun, i));
+    } catch (const std::system_error&) {  // no thread to be had
+      readRun(i);
+    }
+  }
+  readRun(0);
+  for (std::future<void>& other : others) other.get();
+  for (std::string& failure : failures) {
+    if (!failure.empty()) batch.failure = std::move(failure);
+  }
+  return batch;
 }
 
 // False where there is no room for all of it.

@@ -102,7 +102,7 @@ class PagedVoxels {
   // more. `waits`: a little, for what is being read.
   bool advance(bool waits);
   // That the block's voxels take on the device.
-  std::uint64_t blockBytes(std::uint32_t block) const { return reader_->blockBytes(block); }
+  std::uint64_t blockBytes(std::uint32_t block) const { return readers_.front()->blockBytes(block); }
 
   // Why the last one that could not be read could not; empty: all could. Such blocks stay absent until tryAgain().
   const std::string& failure() const { return failure_; }
@@ -126,6 +126,7 @@ class PagedVoxels {
   };
   bool isPresent(std::uint32_t block) const { return present_[block].has_value(); }
   void startBatch();
+  static Batch readBatch(const std::vector<std::shared_ptr<BlockReader>>& readers, std::vector<std::uint32_t> blocks);
   bool bringIn(const Batch& batch);
   void setAddress(std::uint32_t block, std::uint64_t address);
   void drop(PagePool::Pages::iterator page);
@@ -135,7 +136,7 @@ class PagedVoxels {
   VisibleQuarters& quarter_kernels_;
   std::shared_ptr<const VolumeFile> file_;
   Need need_;
-  std::shared_ptr<BlockReader> reader_;                            // of the batch, while there is one
+  std::vector<std::shared_ptr<BlockReader>> readers_;  // of the batch, while there is one: each on a thread of its own
   std::vector<std::optional<PagePool::Pages::iterator>> present_;  // by block
   std::uint64_t bytes_ = 0;
   std::uint64_t arrived_ = 0;

@@ -163,12 +163,15 @@ std::uint32_t Device::memoryType(std::uint32_t type_bits, vk::MemoryPropertyFlag
   throw DeviceError(fmt::format("{}: no memory type with {}", info_.name, vk::to_string(required)));
 }
 
+std::uint64_t Device::freeOfBudget() const {
+  return info_.memory_budget_bytes - std::min(info_.memory_budget_bytes, memory_->usedBytes());
+}
+
+std::uint64_t Device::freeBytes() const { return std::min(freeOfBudget(), memory_->freeBytes()); }
+
 void Device::makeRoom(std::uint64_t bytes) {
   const std::uint64_t budget = info_.memory_budget_bytes;
-  const auto free = [&] {
-    const std::uint64_t of_budget = budget - std::min(budget, memory_->usedBytes());
-    return bytes > Memory::kMostSmallBytes ? std::min(of_budget, memory_->freeBytes()) : of_budget;
-  };
+  const auto free = [&] { return bytes > Memory::kMostSmallBytes ? freeBytes() : freeOfBudget(); };
   for (std::uint64_t left = free(); bytes > left; left = free()) {
     // What can never fit is refused before anything gives way for it.
     if (bytes <= budget && reclaim(bytes - left)) continue;

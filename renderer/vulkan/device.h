@@ -50,6 +50,8 @@ class Device {
   // Before so many bytes are taken: whoever keeps what nobody uses is asked to give back what the budget lacks. Throws
   // OutOfDeviceMemory where that is not enough.
   void makeRoom(std::uint64_t bytes);
+  // Of the budget and of what the driver or the host has, without what would give way.
+  std::uint64_t freeBytes() const;
   // Gives back at least so many bytes if it can, and says how many.
   using Reclaim = std::function<std::uint64_t(std::uint64_t bytes)>;
   void onShortage(Reclaim reclaim) { reclaim_ = std::move(reclaim); }
@@ -65,6 +67,7 @@ class Device {
   }
 
  private:
+  std::uint64_t freeOfBudget() const;
   vk::raii::CommandBuffer beginCommands() const;
   void endAndWait(vk::raii::CommandBuffer& commands) const;
   void createInstance(const DeviceOptions& options);

@@ -346,7 +346,6 @@ TEST_F(PagesTest, WhereRecordsFindNoRoomAutoIsCoarser) {
     EXPECT_FALSE(frame.stats.isComplete());
     EXPECT_EQ(frame.pixels, renderer().render(*scene.resident, same).pixels);
   }
-  std::erase_if(messages_, [](const std::string& text) { return text.starts_with("level auto is 1"); });
 }
 
 TEST_F(PagesTest, WhatCannotBeReadIsCoarserThereUntilItCan) {

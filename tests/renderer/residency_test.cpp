@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The table of what is resident: what is made once, what gives way, and what does not.
 #include "renderer/resident/residency.h"
+#include "view/device_info.h"
 
 #include <gtest/gtest.h>
 

@@ -46,7 +46,7 @@ void descend(RunFinder& finder, const VolumeInfo& info, const VoxelBox& box, con
              const std::function<void(const BlockRow&)>& visit) {
   BlockRow row{.box = box, .runs = finder.inside(box, within)};
   const int block = info.blockVoxels();
-  const glm::ivec3 extent = box.extent();
+  const glm::ivec3 extent = box.dims();
   if (row.runs.empty() || std::max(extent.y, extent.z) <= block) return visit(row);
   const int axis = extent.z >= extent.y ? 2 : 1;
   const int at = halfWay(box.begin[axis], box.end[axis], block);

@@ -17,7 +17,7 @@
 namespace blockwalk {
 
 inline std::uint64_t rowCount(const VoxelBox& box) {
-  return static_cast<std::uint64_t>(box.extent().y) * static_cast<std::uint64_t>(box.extent().z);
+  return static_cast<std::uint64_t>(box.dims().y) * static_cast<std::uint64_t>(box.dims().z);
 }
 
 // What is asked where something may be: Source::findRuns(), of one source or of several together.

@@ -77,10 +77,10 @@ class StripScanner {
   void scanRow(const BlockRow& row) {
     const auto find = [this](const VoxelBox& box, std::vector<VoxelRun>& runs) { source_->findRuns(box, runs); };
     forEachBar(info_, find, row, kBatchBytes, [this](const VoxelBox& bar) {
-      const std::size_t voxels = rowCount(bar) * static_cast<std::size_t>(bar.extent().x);
+      const std::size_t voxels = rowCount(bar) * static_cast<std::size_t>(bar.dims().x);
       bar_.resize(voxels * voxelBytes(info_.type) * info_.channels.size());
       source_->readBox(bar, bar_);
-      look({.begin = bar.begin, .extent = bar.extent(), .channels = info_.channels.size(), .voxels = bar_});
+      look({.begin = bar.begin, .extent = bar.dims(), .channels = info_.channels.size(), .voxels = bar_});
     });
     found_ = cutter_.take();
     rows_ = rowCount(row.box);

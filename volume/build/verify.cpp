@@ -228,11 +228,10 @@ void compareBars(Source& source, const VolumeInfo& info, StripComparer& comparer
   std::vector<std::byte> voxels;
   forEachBlockRow(info, find, [&](const BlockRow& row) {
     const auto compare = [&](const VoxelBox& bar) {
-      const auto count = static_cast<std::size_t>(bar.extent().x) * rowCount(bar);
+      const auto count = static_cast<std::size_t>(bar.dims().x) * rowCount(bar);
       voxels.resize(count * voxelBytes(info.type) * info.channels.size());
       source.readBox(bar, voxels);
-      comparer.compare(
-          {.begin = bar.begin, .extent = bar.extent(), .channels = info.channels.size(), .voxels = voxels});
+      comparer.compare({.begin = bar.begin, .extent = bar.dims(), .channels = info.channels.size(), .voxels = voxels});
     };
     if (!row.runs.empty()) forEachBar(info, find, row, kBarBytes, compare);
     progress(rowCount(row.box));

@@ -33,7 +33,7 @@ class Cosmos final : public SparseModel {
 
   void findRuns(const VoxelBox& box, std::vector<VoxelRun>& runs) override {
     runs.clear();
-    const int step = std::max({box.extent().y, box.extent().z, 8});
+    const int step = std::max({box.dims().y, box.dims().z, 8});
     VoxelBox part = box;
     for (; part.begin.x < box.end.x; part.begin.x = part.end.x) {
       part.end.x = std::min(part.begin.x + step, box.end.x);
@@ -45,7 +45,7 @@ class Cosmos final : public SparseModel {
   }
 
   void writeBox(const VoxelBox& box, std::span<std::byte> out) override {
-    const glm::ivec3 extent = box.extent();
+    const glm::ivec3 extent = box.dims();
     densities_.assign(out.size() / voxelBytes(type_), 0);
     all_->index.findIn(placeOf(box.begin), placeOf(box.end), near_);
     for (const std::uint32_t i : near_) addPiece(all_->pieces[i], box);
@@ -70,7 +70,7 @@ class Cosmos final : public SparseModel {
         glm::max(glm::ivec3(glm::floor((glm::min(capsule.a, capsule.b) - reach) / voxel_)), box.begin);
     const glm::ivec3 high =
         glm::min(glm::ivec3(glm::floor((glm::max(capsule.a, capsule.b) + reach) / voxel_)) + 1, box.end);
-    const glm::ivec3 extent = box.extent();
+    const glm::ivec3 extent = box.dims();
     for (int z = low.z; z < high.z; ++z) {
       for (int y = low.y; y < high.y; ++y) {
         const glm::ivec3 off = glm::ivec3(low.x, y, z) - box.begin;

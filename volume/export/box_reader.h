@@ -7,8 +7,8 @@
 #include <span>
 #include <vector>
 
-#include "volume/export/voxel_box.h"
 #include "volume/file/file.h"
+#include "volume/voxel_box.h"
 
 namespace blockwalk {
 

@@ -18,8 +18,8 @@
 #include <string_view>
 #include <vector>
 
-#include "volume/export/voxel_box.h"
 #include "volume/file/file.h"
+#include "volume/voxel_box.h"
 
 namespace blockwalk {
 

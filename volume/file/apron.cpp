@@ -63,21 +63,38 @@ void forEachStored(const Block& block, int block_side, Visit visit) {
 
 }  // namespace
 
-ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form, std::uint64_t cache_bytes)
+ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form, std::uint64_t cache_bytes,
+                       std::shared_ptr<const Structure> structure)
     : file_(file),
       level_(level),
       channel_(channel),
       form_(form),
-      source_(file.readLevel(level, channel, form)),
-      records_(file.readApronLevel(level, channel, form)),
+      structure_(std::move(structure)),
       cache_bytes_(cache_bytes) {
   const auto side = static_cast<std::uint64_t>(file_.info().blockVoxels());
   cache_bytes_ = std::max(cache_bytes_, kBlocksAround * side * side * side * voxelBytes(file_.info().type));
-  source_.subblocks = {};
-  for (std::size_t i = 0; i < source_.blocks.size(); ++i) {
-    source_blocks_.emplace(mortonCode(glm::uvec3(source_.blocks[i].origin)), i);
+}
+
+ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form, std::uint64_t cache_bytes)
+    : ApronLevel(file, level, channel, form, cache_bytes, readStructure(file, level, channel, form)) {}
+
+std::unique_ptr<ApronLevel> ApronLevel::another(std::uint64_t cache_bytes) const {
+  return std::unique_ptr<ApronLevel>(new ApronLevel(file_, level_, channel_, form_, cache_bytes, structure_));
+}
+
+std::shared_ptr<const ApronLevel::Structure> ApronLevel::readStructure(const VolumeFile& file, int level, int channel,
+                                                                       Form form) {
+  auto made = std::make_shared<Structure>();
+  made->source = file.readLevel(level, channel, form);
+  made->source.subblocks = {};
+  for (std::size_t i = 0; i < made->source.blocks.size(); ++i) {
+    made->source_blocks.emplace(mortonCode(glm::uvec3(made->source.blocks[i].origin)), i);
   }
-  records_.info.voxel_bytes = records_.info.subblock_count * subblockBytes();
+  made->records = file.readApronLevel(level, channel, form);
+  const auto side = static_cast<std::uint64_t>(file.info().subblock_side + 2);
+  made->records.info.voxel_bytes =
+      made->records.info.subblock_count * side * side * side * voxelBytes(file.info().type);
+  return made;
 }
 
 std::uint64_t ApronLevel::subblockVoxels() const {
@@ -95,7 +112,7 @@ const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
     ages_.splice(ages_.begin(), ages_, known->second.age);
     return known->second.voxels;
   }
-  const Block& record = source_.blocks[block];
+  const Block& record = structure_->source.blocks[block];
   std::vector<std::byte> voxels(record.subblock_count * info.subblockVoxels() * voxelBytes(info.type));
   file_.readVoxels(level_, channel_, record.first_subblock, record.subblock_count, voxels, form_);
   const ChannelInfo& values = info.channels[static_cast<std::size_t>(channel_)];
@@ -119,9 +136,9 @@ void ApronLevel::findSources(glm::ivec3 origin) {
   for (int d = 0; d < 27; ++d) {
     const glm::ivec3 around = origin + glm::ivec3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
     if (glm::any(glm::lessThan(around, glm::ivec3(0)))) continue;
-    const auto source = source_blocks_.find(mortonCode(glm::uvec3(around)));
-    if (source == source_blocks_.end()) continue;
-    const Block& block = source_.blocks[source->second];
+    const auto source = structure_->source_blocks.find(mortonCode(glm::uvec3(around)));
+    if (source == structure_->source_blocks.end()) continue;
+    const Block& block = structure_->source.blocks[source->second];
     const glm::ivec3 shift = (around - origin) * info.block_side + 1;
     const std::byte* voxels = nullptr;  // read where one of its subblocks is needed
     std::size_t offset = 0;
@@ -192,7 +209,7 @@ void repeatEdges(glm::ivec3 first, glm::ivec3 dims, int side, std::size_t bytes,
 
 void ApronLevel::readBlock(std::size_t index, std::span<std::byte> out) {
   const VolumeInfo& info = file_.info();
-  const Block& block = records_.blocks.at(index);
+  const Block& block = structure_->records.blocks.at(index);
   BLOCKWALK_CHECK(out.size(), ==, block.subblock_count * subblockBytes());
   findSources(block.origin);
   const int stride = info.block_side + 2;
@@ -206,7 +223,7 @@ void ApronLevel::readBlock(std::size_t index, std::span<std::byte> out) {
       writeSubblockOf(info.subblock_side, corner, stride, static_cast<decltype(kind)>(empty), to);
     });
     const glm::ivec3 first = block.origin * info.blockVoxels() + local * info.subblock_side - 1;
-    repeatEdges(first, source_.info.dims, info.subblock_side + 2, bytes, to);
+    repeatEdges(first, structure_->source.info.dims, info.subblock_side + 2, bytes, to);
     to += subblockBytes();
   });
 }

@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <list>
+#include <memory>
 #include <span>
 #include <unordered_map>
 #include <vector>
@@ -29,8 +30,12 @@ class ApronLevel {
   ApronLevel(const ApronLevel& found, int channel)
       : ApronLevel(found.file_, found.level_, channel, found.form_, found.cache_bytes_) {}
 
+  // The same for another thread: it shares the records, and has a cache of its own.
+  std::unique_ptr<ApronLevel> another(std::uint64_t cache_bytes) const;
+
   // What VolumeFile::readApronLevel() says.
-  const Level& records() const { return records_; }
+  const Level& records() const { return structure_->records; }
+  std::shared_ptr<const Level> shareRecords() const { return {structure_, &structure_->records}; }
 
   // Voxels of a subblock: (subblock_side + 2)^3, x fastest, beginning one voxel below its first.
   std::uint64_t subblockVoxels() const;
@@ -46,6 +51,15 @@ class ApronLevel {
     std::list<std::size_t>::iterator age;
   };
 
+  struct Structure {
+    Level source;                                                  // what has voxels
+    std::unordered_map<std::uint64_t, std::size_t> source_blocks;  // Morton code to index
+    Level records;
+  };
+
+  ApronLevel(const VolumeFile& file, int level, int channel, Form form, std::uint64_t cache_bytes,
+             std::shared_ptr<const Structure> structure);
+  static std::shared_ptr<const Structure> readStructure(const VolumeFile& file, int level, int channel, Form form);
   const std::vector<std::byte>& stored(std::size_t block);
   void findSources(glm::ivec3 origin);
 
@@ -53,9 +67,7 @@ class ApronLevel {
   int level_;
   int channel_;
   Form form_;
-  Level source_;                                                  // what has voxels
-  std::unordered_map<std::uint64_t, std::size_t> source_blocks_;  // Morton code to index
-  Level records_;
+  std::shared_ptr<const Structure> structure_;
   std::unordered_map<std::size_t, CachedBlock> cache_;  // by block
   std::list<std::size_t> ages_;                         // most recent first
   std::uint64_t cache_bytes_;

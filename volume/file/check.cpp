@@ -10,8 +10,7 @@ namespace {
 
 class Checker {
  public:
-  Checker(const VolumeFile& file,
-          const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress)
+  Checker(const VolumeFile& file, const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress)
       : file_(file), progress_(progress) {
     forEachPart([this](int level, Form form, int) { total_ += file_.info().level(level, form).block_count; });
   }
@@ -58,9 +57,8 @@ class Checker {
     std::vector<std::byte> voxels;
     for (const Block& block : records->blocks) {
       voxels.resize(block.subblock_count * info.subblockVoxels() * voxelBytes(info.type));
-      const bool right = isRight([&] {
-        file_.readVoxels(level, channel, block.first_subblock, block.subblock_count, voxels, form);
-      });
+      const bool right =
+          isRight([&] { file_.readVoxels(level, channel, block.first_subblock, block.subblock_count, voxels, form); });
       if (right) {
         ++check_.pages;
         check_.voxel_bytes += voxels.size();
@@ -78,8 +76,9 @@ class Checker {
 
 }  // namespace
 
-FileCheck checkFile(const VolumeFile& file,
-                    const std::function<void(std::string_view step, std::uint64_t done, std::uint64_t total)>& progress) {
+FileCheck checkFile(
+    const VolumeFile& file,
+    const std::function<void(std::string_view step, std::uint64_t done, std::uint64_t total)>& progress) {
   return Checker(file, progress).run();
 }
 

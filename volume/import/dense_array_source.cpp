@@ -35,7 +35,7 @@ class SampleArray final : public Source {
   }
 
   void readBox(const VoxelBox& box, std::span<std::byte> out) override {
-    const glm::ivec3 extent = box.extent();
+    const glm::ivec3 extent = box.dims();
     // Rows that lie one after the other are read at once.
     const int rows = extent.x == info_.dims.x ? extent.y : 1;
     const std::uint64_t voxels = static_cast<std::uint64_t>(extent.x) * static_cast<std::uint64_t>(rows);
@@ -56,7 +56,7 @@ class SampleArray final : public Source {
   void findRuns(const VoxelBox& box, std::vector<VoxelRun>& runs) override {
     runs.clear();
     const VoxelRun whole{.begin = box.begin.x, .end = box.end.x};
-    const bool looks_into = box.extent().y * static_cast<std::int64_t>(box.extent().z) <= kRowsLookedInto;
+    const bool looks_into = box.dims().y * static_cast<std::int64_t>(box.dims().z) <= kRowsLookedInto;
     for (std::size_t plane = 0; plane < planes(); ++plane) {
       for (int z = box.begin.z; z < box.end.z; ++z) {
         addRuns(plane, z, box, looks_into, runs);

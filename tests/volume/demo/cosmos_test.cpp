@@ -49,7 +49,7 @@ TEST(DemoCosmos, SaysWhereItIsBlank) {
     }
     std::vector<VoxelRun> runs;
     source->findRuns(box, runs);
-    std::vector<std::byte> voxels(static_cast<std::size_t>(box.extent().x * box.extent().y * box.extent().z) * 2);
+    std::vector<std::byte> voxels(static_cast<std::size_t>(box.dims().x * box.dims().y * box.dims().z) * 2);
     source->readBox(box, voxels);
     const std::byte* voxel = voxels.data();
     for (int z = box.begin.z; z < box.end.z; ++z) {

@@ -8,7 +8,7 @@
 
 namespace blockwalk {
 
-// Voxels from `begin` up to, and not with, `end`.
+// Voxels from `begin` up to and without `end`, on each axis.
 struct VoxelBox {
   glm::ivec3 begin{0};
   glm::ivec3 end{0};

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "renderer/level_room.h"
+
+#include <gtest/gtest.h>
+
+#include "renderer/plan/paging.h"
+
+namespace blockwalk {
+namespace {
+
+constexpr std::uint64_t kBudget = 1000000;
+
+// Three levels of 1000, 200 and 30 subblocks of u8.
+VolumeInfo threeLevels() {
+  VolumeInfo info;
+  info.type = VoxelType::u8;
+  info.subblock_side = 8;
+  info.block_side = 6;
+  info.channels.resize(1);
+  info.levels.resize(3);
+  std::uint64_t count = 1000;
+  for (LevelInfo& level : info.levels) {
+    level.block_count = count / 10;
+    level.subblock_count = level.apron_subblock_count = count;
+    count /= 5;
+  }
+  return info;
+}
+
+Plan planOf(int level, bool paged) {
+  Plan plan;
+  plan.level = level;
+  plan.channels.resize(1);
+  if (paged) plan.coarse_level = level + 1;
+  return plan;
+}
+
+const OutOfDeviceMemory kShort("short", 500, 400, "");
+const OutOfDeviceMemory kFails("fails", 0, 0, "");
+
+TEST(LevelRoom, WhatFindsNoRoomIsPagedAndThenCoarser) {
+  const VolumeInfo info = threeLevels();
+  LevelRoom room(kBudget);
+  EXPECT_FALSE(room.hasGivenWay());
+  EXPECT_TRUE(room.giveWay(7, info, planOf(0, false), kShort, true));
+  EXPECT_LT(room.pageAboveBytes(), voxelBytes(info, planOf(0, false)));
+  EXPECT_GE(room.pageAboveBytes(), voxelBytes(info, planOf(1, false)));
+  EXPECT_EQ(room.finestLevel(7), 0);
+  EXPECT_FALSE(room.giveWay(7, info, planOf(0, true), kShort, false)) << "who names the level is refused";
+  EXPECT_TRUE(room.giveWay(7, info, planOf(0, true), kShort, true));
+  EXPECT_EQ(room.finestLevel(7), 1);
+  EXPECT_EQ(room.finestLevel(8), 0);
+  EXPECT_TRUE(room.giveWay(7, info, planOf(1, true), kShort, true));
+  EXPECT_EQ(room.finestLevel(7), 2);
+  EXPECT_FALSE(room.giveWay(7, info, planOf(2, false), kShort, true)) << "there is none that is coarser";
+  room.forget(7);
+  EXPECT_EQ(room.finestLevel(7), 0);
+}
+
+TEST(LevelRoom, WhatFailsThoughThereIsRoomChangesNothing) {
+  LevelRoom room(kBudget);
+  EXPECT_FALSE(room.giveWay(7, threeLevels(), planOf(0, false), kFails, true));
+  EXPECT_FALSE(room.hasGivenWay());
+  LevelRoom never(0);
+  EXPECT_FALSE(never.giveWay(7, threeLevels(), planOf(0, false), kShort, true));
+}
+
+TEST(LevelRoom, WhereThereIsClearlyRoomAgainAllIsAsBefore) {
+  const VolumeInfo info = threeLevels();
+  const std::uint64_t bytes = voxelBytes(info, planOf(0, false));
+  LevelRoom room(kBudget);
+  ASSERT_TRUE(room.giveWay(7, info, planOf(0, false), kShort, true));
+  ASSERT_TRUE(room.giveWay(7, info, planOf(0, true), kShort, true));
+  room.reconsider(bytes);
+  EXPECT_EQ(room.finestLevel(7), 1);
+  EXPECT_LT(room.pageAboveBytes(), bytes);
+  room.reconsider(bytes * 5 / 4 + 5);
+  EXPECT_EQ(room.finestLevel(7), 0);
+  EXPECT_EQ(room.pageAboveBytes(), kBudget);
+  EXPECT_FALSE(room.hasGivenWay());
+}
+
+}  // namespace
+}  // namespace blockwalk
