@@ -110,12 +110,14 @@ class StreamPace {
 
   PaceLimits limits_;
   std::uint64_t newest_id_ = 0;
-  bool has_view_ = false;
   std::optional<std::uint64_t> failed_id_;
   std::optional<std::uint64_t> sent_id_;
   std::uint64_t shown_id_ = 0;  // drawn, at least
+  bool has_view_ = false;
   bool has_shown_ = false;
   bool shown_final_ = false;
+  bool was_blocked_ = false;         // a frame was due while as many as may be were in flight
+  bool on_trial_ = false;            // the scale is tried out
   std::uint64_t views_waiting_ = 0;  // came since the view that was shown last
   std::uint64_t dropped_views_ = 0;
   StillPicture still_;     // of the newest view
@@ -123,18 +125,16 @@ class StreamPace {
   int quality_ = 85;
   double scale_ = 0.5;                       // the first frame's cost is unknown
   std::optional<double> last_cost_ms_ = {};  // of the newest frame at this scale
-  bool on_trial_ = false;                    // the scale is tried out
   Pause cost_pause_{std::chrono::seconds(10), std::chrono::seconds(80)};
   Pause link_pause_{std::chrono::seconds(2), std::chrono::seconds(16)};
   int held_up_frames_ = 0;  // in a row, at the lowest quality
   int free_frames_ = 0;     // in a row that the client kept up with
+  int unsent_ = 0;          // of those in flight, the last
   std::optional<Clock::time_point> blocked_since_ = {};
-  bool was_blocked_ = false;  // a frame was due while as many as may be were in flight
   Clock::time_point view_time_{};
   Clock::time_point last_start_{};
   Clock::time_point link_free_{};  // when the bytes sent so far fit max_bytes_per_second
   std::deque<std::uint64_t> in_flight_;
-  int unsent_ = 0;  // of these, the last
 };
 
 }  // namespace blockwalk
