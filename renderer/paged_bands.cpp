@@ -108,7 +108,7 @@ bool PlannedFrame::noteWanted(WantedBlocks& blocks) {
     for (const std::uint32_t word : words) blocks.wanted += static_cast<std::uint64_t>(std::popcount(word));
     std::vector<std::uint32_t> absent = voxels->note(words, moment_);
     blocks.absent += absent.size();
-    lacks = voxels->want(std::move(absent)) || lacks;
+    lacks = voxels->want(this, std::move(absent)) || lacks;
   }
   return lacks;
 }
@@ -167,7 +167,7 @@ std::uint64_t PlannedFrame::usedBytes() const {
 
 bool PlannedFrame::bringInSome(PagedVoxels& voxels, bool waits) {
   const std::uint64_t before = voxels.arrived();
-  const bool more = voxels.advance(waits);
+  const bool more = voxels.advance(this, waits);
   frame_.stats.pages_read += voxels.arrived() - before;
   return more;
 }
@@ -185,7 +185,7 @@ bool PlannedFrame::bringPages() {
   bool more = false;
   for (PagedVoxels* const voxels : paged_) {
     if (!more) more = bringInSome(*voxels, true);
-    is_short_ = voxels->wasShort() || is_short_;
+    is_short_ = voxels->wasShort(this) || is_short_;
   }
   brings_pages_ = more;
   if (more || !is_short_) return more;

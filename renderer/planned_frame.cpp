@@ -56,6 +56,7 @@ void PlannedFrame::letGo() noexcept {
   if (std::exchange(is_begun_, false)) tools_.buffers.give(std::exchange(buffers_, {}));
   kept_.reset();
   holdPages(std::nullopt);
+  for (PagedVoxels* const voxels : paged_) voxels->forget(this);
   paged_.clear();
   part_.reset();
   brings_pages_ = is_short_ = false;

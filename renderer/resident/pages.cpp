@@ -76,10 +76,16 @@ std::vector<std::uint32_t> PagedVoxels::note(std::span<const std::uint32_t> bits
   return absent;
 }
 
-bool PagedVoxels::want(std::vector<std::uint32_t> blocks) {
+bool PagedVoxels::want(Asker asker, std::vector<std::uint32_t> blocks) {
   std::erase_if(blocks, [this](std::uint32_t block) { return unreadable_.contains(block); });
-  wanted_ = std::move(blocks);
-  return !wanted_.empty();
+  Wish& wish = wishes_[asker];
+  wish.blocks = std::move(blocks);
+  return !wish.blocks.empty();
+}
+
+bool PagedVoxels::wasShort(Asker asker) {
+  const auto wish = wishes_.find(asker);
+  return wish != wishes_.end() && std::exchange(wish->second.is_short, false);
 }
 
 void PagedVoxels::tryAgain() {
@@ -87,30 +93,46 @@ void PagedVoxels::tryAgain() {
   failure_.clear();
 }
 
-bool PagedVoxels::advance(bool waits) {
+bool PagedVoxels::advance(Asker asker, bool waits) {
   std::optional<Batch> read;
+  const Asker read_for = batch_for_;
   if (batch_ != nullptr) {
     if (!(waits ? batch_->isReady() : batch_->isReadyNow())) return true;
     read = std::exchange(batch_, nullptr)->take();
   }
-  std::erase_if(wanted_, [&](std::uint32_t block) {
-    return isPresent(block) || unreadable_.contains(block) || (read && std::ranges::binary_search(read->blocks, block));
-  });
-  if (!wanted_.empty()) startBatch();  // read while the last one is copied
+  startNext(read);  // read while the last one is copied
   if (read && !bringIn(*read)) {
-    wanted_.clear();
-    is_short_ = true;
+    const auto wish = wishes_.find(read_for);
+    if (wish != wishes_.end()) wish->second = {.blocks = {}, .is_short = true};
   }
-  return batch_ != nullptr;
+  const auto mine = wishes_.find(asker);
+  return (batch_ != nullptr && batch_for_ == asker) || (mine != wishes_.end() && !mine->second.blocks.empty());
 }
 
-void PagedVoxels::startBatch() {
+// Whoever follows the one that had the last batch, if there is somebody.
+void PagedVoxels::startNext(const std::optional<Batch>& read) {
+  auto next = wishes_.upper_bound(batch_for_);
+  for (std::size_t i = 0; i < wishes_.size(); ++i, ++next) {
+    if (next == wishes_.end()) next = wishes_.begin();
+    std::vector<std::uint32_t>& wanted = next->second.blocks;
+    std::erase_if(wanted, [&](std::uint32_t block) {
+      return isPresent(block) || unreadable_.contains(block) ||
+             (read && std::ranges::binary_search(read->blocks, block));
+    });
+    if (wanted.empty()) continue;
+    batch_for_ = next->first;
+    return startBatch(wanted);
+  }
+}
+
+void PagedVoxels::startBatch(std::vector<std::uint32_t>& wanted) {
   const BlockReader& reader = *readers_.front();
   std::uint64_t bytes = 0;
   std::size_t count = 0;
-  while (count < wanted_.size() && (count == 0 || bytes < kBatchBytes)) bytes += reader.blockBytes(wanted_[count++]);
-  std::vector<std::uint32_t> blocks(wanted_.begin(), wanted_.begin() + static_cast<std::ptrdiff_t>(count));
-  wanted_.erase(wanted_.begin(), wanted_.begin() + static_cast<std::ptrdiff_t>(count));
+  while (count < wanted.size() && (count == 0 || bytes < kBatchBytes)) bytes += reader.blockBytes(wanted[count++]);
+  const auto end = wanted.begin() + static_cast<std::ptrdiff_t>(count);
+  std::vector<std::uint32_t> blocks(wanted.begin(), end);
+  wanted.erase(wanted.begin(), end);
   // Of the host and of what it shares alone: it may go on when this has ended.
   batch_ = std::make_unique<HostWork<Batch>>(
       [readers = readers_, blocks = std::move(blocks)] { return readBatch(readers, blocks); });

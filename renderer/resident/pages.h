@@ -15,6 +15,7 @@
 
 #include <bit>
 #include <list>
+#include <map>
 #include <optional>
 #include <set>
 #include <string>
@@ -95,21 +96,23 @@ class PagedVoxels {
 
   // `bits` says block by block to which a ray came at `moment`. Those of them that are absent, ascending.
   std::vector<std::uint32_t> note(std::span<const std::uint32_t> bits, std::uint64_t moment);
-  // What to bring in next, ascending, in place of what was wanted and has not begun; but for what could not be read.
-  // False where that is nothing.
-  bool want(std::vector<std::uint32_t> blocks);
-  // One piece of that: true while there is more. Where there is no room beside what is held the rest is not wanted any
-  // more. `waits`: a little, for what is being read.
-  bool advance(bool waits);
+  // Whoever asks for blocks, by an address of its own: what one asks for is not what another waits for.
+  using Asker = const void*;
+  // What to bring in for him next, ascending, in place of what he wanted and has not begun; but for what could not be
+  // read. False where that is nothing.
+  bool want(Asker asker, std::vector<std::uint32_t> blocks);
+  // One piece of what anybody wants, by turns: true while there is more for him. Where there is no room beside what is
+  // held the rest of it is not wanted any more. `waits`: a little, for what is being read.
+  bool advance(Asker asker, bool waits);
+  // Whether something was not brought in for him for want of room, since the last time that this was asked.
+  bool wasShort(Asker asker);
+  void forget(Asker asker) noexcept { wishes_.erase(asker); }
   // That the block's voxels take on the device.
   std::uint64_t blockBytes(std::uint32_t block) const { return readers_.front()->blockBytes(block); }
 
   // Why the last one that could not be read could not; empty: all could. Such blocks stay absent until tryAgain().
   const std::string& failure() const { return failure_; }
   void tryAgain();
-
-  // Whether something was not brought in for want of room, since the last time that this was asked.
-  bool wasShort() { return std::exchange(is_short_, false); }
 
   // The records of the blocks are kept right from now on; one at a time. And the quarters that may show something.
   void follow(const ResidentBlocks* blocks);
@@ -119,13 +122,18 @@ class PagedVoxels {
 
  private:
   friend class PagePool;
+  struct Wish {
+    std::vector<std::uint32_t> blocks;
+    bool is_short = false;
+  };
   struct Batch {
     std::vector<std::uint32_t> blocks;
     std::vector<std::vector<std::byte>> voxels;  // of each, as they lie on the device; none of what cannot be read
     std::string failure;                         // why
   };
   bool isPresent(std::uint32_t block) const { return present_[block].has_value(); }
-  void startBatch();
+  void startNext(const std::optional<Batch>& read);
+  void startBatch(std::vector<std::uint32_t>& wanted);
   static Batch readBatch(const std::vector<std::shared_ptr<BlockReader>>& readers, std::vector<std::uint32_t> blocks);
   bool bringIn(const Batch& batch);
   void setAddress(std::uint32_t block, std::uint64_t address);
@@ -140,8 +148,8 @@ class PagedVoxels {
   std::vector<std::optional<PagePool::Pages::iterator>> present_;  // by block
   std::uint64_t bytes_ = 0;
   std::uint64_t arrived_ = 0;
-  bool is_short_ = false;
-  std::vector<std::uint32_t> wanted_;
+  std::map<Asker, Wish> wishes_;
+  Asker batch_for_ = nullptr;  // that was begun last
   std::set<std::uint32_t> unreadable_;
   std::string failure_;
   std::unique_ptr<HostWork<Batch>> batch_;

@@ -3,51 +3,12 @@
 // and one that is not is nowhere empty where that is not.
 #include <gtest/gtest.h>
 
-#include <fstream>
-
-#include "tests/renderer/stage.h"
+#include "tests/renderer/pages_stage.h"
 #include "tests/renderer/synthetic.h"
 #include "tests/renderer/views.h"
 
 namespace blockwalk::test {
 namespace {
-
-constexpr std::uint64_t kKib = 1024;
-
-class PagesTest : public OwnRendererTest {
- protected:
-  // `page_bytes` for the voxels of a level on the device.
-  void start(const std::filesystem::path& file, std::uint64_t page_bytes) {
-    DeviceOptions options;
-    options.page_bytes = page_bytes;
-    OwnRendererTest::start(file, options);
-  }
-
-  std::uint64_t bytesOf(std::string_view part) const {
-    for (const PartTotal& total : renderer_->parts()) {
-      if (total.what == part) return total.bytes;
-    }
-    return 0;
-  }
-
-  // Of a frame that waits for nothing.
-  Frame drawAsItIs(const View& view) {
-    FrameOrder order = orderOf(view);
-    order.as_it_is = true;
-    return renderer_->render(*volume_, std::move(order));
-  }
-
-  // Of the finest level.
-  static View finest(int side) {
-    View view;
-    view.width = view.height = side;
-    view.level = 0;
-    return view;
-  }
-};
-
-// So that a small picture's workgroup of rays does not need most of the volume.
-const BuildOptions kSmallBlocks{.block_side = 2};
 
 struct PagedCase {
   const char* name;
@@ -135,33 +96,6 @@ INSTANTIATE_TEST_SUITE_P(
         PagedCase{"f32", {.type = VoxelType::f32, .dims = {120, 110, 100}, .seed = 6}, 6144 * kKib},
         PagedCase{"rgba8", {.type = VoxelType::rgba8, .dims = {100, 120, 110}, .seed = 7}, 6144 * kKib}),
     [](const auto& test) { return std::string(test.param.name); });
-
-// A solid ball of 200: coarser levels have no holes in it.
-class Ball final : public Source {
- public:
-  explicit Ball(int side) : side_(side) {
-    info_.name = "ball";
-    info_.format = "test";
-    info_.type = VoxelType::u8;
-    info_.dims = glm::ivec3(side);
-    info_.random_access = true;
-  }
-  const SourceInfo& info() const override { return info_; }
-  void readRows(int z, int y, int count, std::span<std::byte> out) override {
-    for (int row = 0; row < count; ++row) {
-      for (int x = 0; x < side_; ++x) {
-        const glm::dvec3 place = glm::dvec3(x, y + row, z) + 0.5 - side_ / 2.0;
-        out[static_cast<std::size_t>(row * side_ + x)] = std::byte(glm::length(place) < 0.45 * side_ ? 200 : 0);
-      }
-    }
-  }
-
- private:
-  int side_;
-  SourceInfo info_;
-};
-
-std::unique_ptr<Source> ball(int side) { return std::make_unique<Ball>(side); }
 
 TEST_F(PagesTest, WhatIsNotWaitedForIsCoarserThereAndNowhereEmpty) {
   Scene scene = makeScene(*ball(200), kSmallBlocks);
@@ -277,6 +211,33 @@ TEST_F(PagesTest, TwoWhoLookAtOnceBothGetAllVoxels) {
 }
 
 // What rays come to fits, the level does not.
+// Of one volume, and one of them with more along a workgroup's rays than there is room for: that is its own trouble.
+TEST_F(PagesTest, WhoHasTooLittleRoomDoesNotMakeOthersCoarser) {
+  Scene scene = makeScene(*ball(200), kSmallBlocks);
+  start(scene.path, 1024 * kKib);
+  View far = finest(8);
+  far.filter = Filter::linear;
+  far.channels[0].transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0},
+                              {.value = 255, .color = {1, 1, 1}, .opacity = 0.001}};
+  View near = far;
+  near.width = near.height = 48;
+  near.eye = glm::dvec3(100, 110, 184);  // inside
+  near.target = glm::dvec3(100, 100, 210);
+  const Frame expected = renderer().render(*scene.resident, near);
+  for (int round = 0; round < 4; ++round) {
+    const auto one = renderer_->begin(*volume_, orderOf(far));
+    const auto other = renderer_->begin(*volume_, orderOf(near));
+    for (bool more_of_one = true, more_of_other = true; more_of_one || more_of_other;) {
+      if (more_of_one) more_of_one = one->advance();
+      if (more_of_other) more_of_other = other->advance();
+    }
+    EXPECT_FALSE(one->finish().stats.isComplete());
+    const Frame frame = other->finish();
+    EXPECT_TRUE(frame.stats.isComplete());
+    EXPECT_EQ(frame.pixels, expected.pixels);
+  }
+}
+
 TEST_F(PagesTest, WhatFitsIsReadOnce) {
   Scene scene = makeScene(*ball(200), kSmallBlocks);
   start(scene.path, 6144 * kKib);
@@ -293,93 +254,6 @@ TEST_F(PagesTest, WhatFitsIsReadOnce) {
   const Frame second = renderer_->render(*volume_, view);
   EXPECT_EQ(second.pixels, expected.pixels);
   EXPECT_EQ(second.stats.pages_read, 0u);
-}
-
-// Whatever the budget leaves for voxels, and where a level would fit but for what else is needed with it.
-TEST_F(PagesTest, WithABudgetAloneWhatDoesNotFitComesAndGoes) {
-  Scene scene = makeScene(*ball(160), kSmallBlocks);
-  View view = finest(64);
-  view.filter = Filter::linear;
-  const Frame expected = renderer().render(*scene.resident, view);
-  DeviceOptions options;
-  OwnRendererTest::start(scene.path, options);
-  EXPECT_FALSE(renderer_->render(*volume_, view).stats.paged);
-  const std::uint64_t everything = renderer_->device().memory_used_bytes;
-  int paged = 0;
-  for (int tenths = 4; tenths <= 10; ++tenths) {
-    options.memory_budget_bytes = everything * static_cast<std::uint64_t>(tenths) / 10 + 64 * kKib;
-    OwnRendererTest::start(scene.path, options);
-    SCOPED_TRACE(tenths);
-    for (int round = 0; round < 2; ++round) {
-      const auto frame = renderer_->begin(*volume_, orderOf(view));
-      for (bool more = true; more;) {
-        more = frame->advance();
-        EXPECT_LE(renderer_->device().memory_used_bytes, options.memory_budget_bytes);
-      }
-      const Frame drawn = frame->finish();
-      paged += drawn.stats.paged ? 1 : 0;
-      EXPECT_TRUE(drawn.stats.isComplete());
-      EXPECT_EQ(drawn.pixels, expected.pixels);
-    }
-  }
-  EXPECT_GE(paged, 10);
-  EXPECT_LT(paged, 14) << "the largest holds the level";
-}
-
-// Records do not come and go: where those of a level find no room, `auto` takes a coarser one, and says so.
-TEST_F(PagesTest, WhereRecordsFindNoRoomAutoIsCoarser) {
-  Scene scene = makeScene(*ball(200), kSmallBlocks);
-  View view = finest(32);
-  DeviceOptions options;
-  options.memory_budget_bytes = 320 * kKib;
-  OwnRendererTest::start(scene.path, options);
-  EXPECT_THROW(renderer_->render(*volume_, view), OutOfDeviceMemory);
-  view.level = kAutoLevel;
-  view.eye = glm::dvec3(100, 110, 198);  // so near that the finest level is wanted
-  view.target = glm::dvec3(100, 100, 0);
-  View same = view;
-  same.level = 1;
-  ASSERT_EQ(renderer().render(*scene.resident, view).stats.level, 0);
-  for (int round = 0; round < 2; ++round) {
-    const Frame frame = renderer_->render(*volume_, view);
-    EXPECT_EQ(frame.stats.level, 1);
-    EXPECT_FALSE(frame.stats.isComplete());
-    EXPECT_EQ(frame.pixels, renderer().render(*scene.resident, same).pixels);
-  }
-}
-
-TEST_F(PagesTest, WhatCannotBeReadIsCoarserThereUntilItCan) {
-  Scene scene = makeScene(*ball(120), kSmallBlocks);
-  const auto copy = scene.path.parent_path() / "damaged.bwv";
-  std::filesystem::copy_file(scene.path, copy, std::filesystem::copy_options::overwrite_existing);
-  start(copy, 640 * kKib);
-  View view = finest(64);
-  view.channels[0].transfer = {{.value = 100, .color = {1, 1, 1}, .opacity = 1}};
-  const Frame complete = renderer().render(*scene.resident, view);
-  // The voxels of level 0 come last.
-  const auto invert = [&] {
-    std::fstream file(copy, std::ios::in | std::ios::out | std::ios::binary);
-    const auto bytes = static_cast<std::streamoff>(std::filesystem::file_size(copy));
-    std::string last(static_cast<std::size_t>(bytes / 2), '\0');
-    file.seekg(bytes - bytes / 2);
-    file.read(last.data(), bytes / 2);
-    for (char& c : last) c = static_cast<char>(~c);
-    file.seekp(bytes - bytes / 2);
-    file.write(last.data(), bytes / 2);
-  };
-  invert();
-  const Frame damaged = renderer_->render(*volume_, view);
-  EXPECT_FALSE(damaged.stats.isComplete());
-  EXPECT_NE(damaged.stats.page_failure.find("damaged.bwv"), std::string::npos) << damaged.stats.page_failure;
-  for (std::size_t i = 0; i < complete.pixels.size(); ++i) {
-    if ((complete.pixels[i] & 0xffffff) == 0) continue;
-    EXPECT_NE(damaged.pixels[i] & 0xffffff, 0u) << i;
-  }
-  invert();
-  const Frame healed = renderer_->render(*volume_, view);
-  EXPECT_TRUE(healed.stats.isComplete());
-  EXPECT_EQ(healed.stats.page_failure, "");
-  EXPECT_EQ(healed.pixels, complete.pixels);
 }
 
 TEST_F(PagesTest, AFrameThatIsGivenUpHoldsNothing) {
