@@ -28,7 +28,11 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
                           renderer.finders_.beginTrial(volume.serial());
     if (measures) {
       trial_.emplace(kQueryOrGrid, kProbeRounds);
-      small_ = {.view = order_.view, .count = false, .specialised = true, .cancel = order_.cancel};
+      small_ = {.view = order_.view,
+                .count = false,
+                .specialised = true,
+                .as_it_is = order_.as_it_is,
+                .cancel = order_.cancel};
       small_.view.level = plan.level;
       small_.view.width = std::min(order_.view.width, kProbeSide);
       small_.view.height = std::min(order_.view.height, kProbeSide);
@@ -70,9 +74,8 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
     try {
       return frame_->advance();
     } catch (const OutOfDeviceMemory& error) {
-      const bool any_level = order_.view.level == kAutoLevel;
-      const bool needs_less = frame_->isMaking() && renderer_.room_.giveWay(volume_.serial(), volume_.info(),
-                                                                            frame_->plan(), error, any_level);
+      const bool needs_less = frame_->foundNoRoom() && renderer_.room_.giveWay(volume_.serial(), volume_.info(),
+                                                                               order_.view, frame_->plan(), error);
       if (!needs_less) throw;
     }
     frame_.reset();
@@ -159,7 +162,8 @@ DeviceTraits FrameRenderer::traits(std::uint64_t volume) const {
           .software = device_.isSoftware(),
           .max_instances = device_.maxInstances(),
           .fastest = finders_.find(volume),
-          .page_above_bytes = room_.pageAboveBytes(),
+          .page_above_bytes = room_.pageAboveBytes(volume),
+          .page_room_bytes = tools_.pages.mostBytes(),
           .finest_level = room_.finestLevel(volume)};
 }
 

@@ -3,38 +3,45 @@
 
 #include <algorithm>
 
+#include "renderer/plan/level_choice.h"
 #include "renderer/plan/paging.h"
 
 namespace blockwalk {
 
-int LevelRoom::finestLevel(std::uint64_t volume) const {
-  const auto found = finest_.find(volume);
-  return found == finest_.end() ? 0 : found->second;
+std::uint64_t LevelRoom::pageAboveBytes(std::uint64_t volume) const {
+  const auto given = of_volumes_.find(volume);
+  return given == of_volumes_.end() ? page_above_ : given->second.page_above;
 }
 
-bool LevelRoom::giveWay(std::uint64_t volume, const VolumeInfo& info, const Plan& plan,
-                        const OutOfDeviceMemory& shortage, bool any_level) {
+int LevelRoom::finestLevel(std::uint64_t volume) const {
+  const auto given = of_volumes_.find(volume);
+  return given == of_volumes_.end() ? 0 : given->second.finest;
+}
+
+bool LevelRoom::giveWay(std::uint64_t volume, const VolumeInfo& info, const ResolvedView& view, const Plan& plan,
+                        const OutOfDeviceMemory& shortage) {
   const int last = static_cast<int>(info.levels.size()) - 1;
   if (page_above_ == 0 || plan.is_blank || plan.level == last) return false;
   if (shortage.needed_bytes <= shortage.free_bytes) return false;
   const std::uint64_t bytes = voxelBytes(info, plan);
+  Given given{.page_above = pageAboveBytes(volume), .finest = finestLevel(volume), .largest = bytes};
   if (!plan.isPaged()) {
-    page_above_ = std::max<std::uint64_t>(1, std::min(page_above_, bytes - 1));
+    given.page_above = std::max<std::uint64_t>(1, std::min(given.page_above, bytes - 1));
   } else {
-    const int coarser = std::max(finestLevel(volume), plan.level) + 1;
-    if (!any_level || coarser > last) return false;
-    finest_[volume] = coarser;
+    // Of some modes no coarser level will do.
+    const int coarser = std::max(given.finest, plan.level) + 1;
+    if (view.level != kAutoLevel || coarser > last || drawnLevel(view, info, coarser) <= plan.level) return false;
+    given.finest = coarser;
   }
-  largest_ = std::max(largest_, bytes);
+  Given& known = of_volumes_[volume];
+  given.largest = std::max(given.largest, known.largest);
+  known = given;
   return true;
 }
 
 // A quarter more, for what a level needs besides voxels.
 void LevelRoom::reconsider(std::uint64_t free_bytes) {
-  if (largest_ == 0 || free_bytes / 5 * 4 < largest_) return;
-  page_above_ = configured_;
-  finest_.clear();
-  largest_ = 0;
+  std::erase_if(of_volumes_, [&](const auto& given) { return free_bytes / 5 * 4 >= given.second.largest; });
 }
 
 }  // namespace blockwalk

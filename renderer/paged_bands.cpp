@@ -16,8 +16,11 @@ constexpr int kLookStride = 4;
 constexpr int kFewestRows = 64;  // to look ahead at
 constexpr int kMostLooks = 4;
 
+constexpr double kUnknownRays = 16384;  // where nothing is known of their time
+
 // Rows of workgroups.
-int halfOf(int rows) { return (rows / 2 + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide; }
+int roundedUp(int rows) { return (rows + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide; }
+int halfOf(int rows) { return roundedUp(rows / 2); }
 
 }  // namespace
 
@@ -68,19 +71,24 @@ void PlannedFrame::drawPaged() {
   if (order_.as_it_is) {
     part_.reset();
     frame_.stats.wanted_blocks = blocks.wanted;
-    frame_.stats.absent_blocks = blocks.absent;
+    frame_.stats.absent_blocks = std::max(frame_.stats.absent_blocks, blocks.absent);
+    if (blocks.absent > 0) noteFailure();
     if (cutter_->ran(drawn_ms_)) readBand(band);
     if (cutter_->isDone()) bringForNext();
     return;
   }
   if (is_first) frame_.stats.wanted_blocks += blocks.wanted;
   if (blocks.absent > 0 && !accepts) {
+    // Who waits for a turn comes before who has none yet.
+    const bool goes_on = held_moment_.has_value() || !tools_.pages.isAwaited() || tools_.pages.hasTurn(asker_);
+    if (!goes_on) return awaitTurn();
     brings_pages_ = can_come;
     is_short_ = !can_come;
     if (can_come) holdPages(moment_);
     return;
   }
   frame_.stats.absent_blocks += blocks.absent;
+  if (blocks.absent > 0) noteFailure();
   holdPages(std::nullopt);
   is_short_ = false;
   if (part_->next()) return;
@@ -88,6 +96,19 @@ void PlannedFrame::drawPaged() {
   cutter_->keepWithin(std::min(2 * part_->rows(), kMaxImageSide), std::min(2 * part_->columns(), kMaxImageSide));
   part_.reset();
   if (cutter_->ran(drawn_ms_)) readBand(band);
+}
+
+// It holds nothing until then, and then looks again at what it lacks.
+void PlannedFrame::awaitTurn() {
+  holdPages(std::nullopt);
+  tools_.pages.awaitTurn(asker_);
+  awaits_turn_ = true;
+}
+
+void PlannedFrame::noteFailure() {
+  for (const PagedVoxels* const voxels : paged_) {
+    if (!voxels->failure().empty()) frame_.stats.page_failure = voxels->failure();
+  }
 }
 
 // What a frame lacked that waited for nothing, a piece of it. Nothing gives way for it that the frame has shown: where
@@ -108,7 +129,7 @@ bool PlannedFrame::noteWanted(WantedBlocks& blocks) {
     for (const std::uint32_t word : words) blocks.wanted += static_cast<std::uint64_t>(std::popcount(word));
     std::vector<std::uint32_t> absent = voxels->note(words, moment_);
     blocks.absent += absent.size();
-    lacks = voxels->want(this, std::move(absent)) || lacks;
+    lacks = voxels->want(asker_, std::move(absent)) || lacks;
   }
   return lacks;
 }
@@ -119,11 +140,19 @@ bool PlannedFrame::looksAhead() const {
          cutter_->next().row_begin >= rows_ahead_;
 }
 
+// So many rows that every fourth ray each way takes about a band's time.
+int PlannedFrame::rowsInABand() const {
+  const double ms_per_ray =
+      tools_.times.find(volume_.serial(), plan_.level, plan_.key).value_or(tools_.band_ms / kUnknownRays);
+  const double rows = tools_.band_ms / ms_per_ray * kLookStride * kLookStride / frame_.width;
+  return roundedUp(static_cast<int>(std::clamp(rows, 1.0, static_cast<double>(kMaxImageSide))));
+}
+
 // Every fourth ray each way, of as many rows as there is room for: what these come to is brought in together, in the
 // order of the file, and again while more comes into sight behind it. So most bands find what they need.
 void PlannedFrame::lookAhead() {
   const int begin = cutter_->next().row_begin;
-  const int rows = std::min(most_rows_ahead_, frame_.height - begin);
+  const int rows = std::min({most_rows_ahead_, rowsInABand(), frame_.height - begin});
   const auto part = [](int side) { return (side + kLookStride - 1) / kLookStride; };
   const int first = begin / kLookStride;
   const Band band{.row_begin = first,
@@ -167,7 +196,7 @@ std::uint64_t PlannedFrame::usedBytes() const {
 
 bool PlannedFrame::bringInSome(PagedVoxels& voxels, bool waits) {
   const std::uint64_t before = voxels.arrived();
-  const bool more = voxels.advance(this, waits);
+  const bool more = voxels.advance(asker_, waits);
   frame_.stats.pages_read += voxels.arrived() - before;
   return more;
 }
@@ -175,6 +204,7 @@ bool PlannedFrame::bringInSome(PagedVoxels& voxels, bool waits) {
 // What was used at that moment or later stays.
 void PlannedFrame::holdPages(std::optional<std::uint64_t> moment) {
   if (moment) tools_.pages.hold(*moment);
+  if (!moment) tools_.pages.endTurn(asker_);
   if (held_moment_) tools_.pages.letGo(*held_moment_);
   held_moment_ = moment;
 }
@@ -185,7 +215,7 @@ bool PlannedFrame::bringPages() {
   bool more = false;
   for (PagedVoxels* const voxels : paged_) {
     if (!more) more = bringInSome(*voxels, true);
-    is_short_ = voxels->wasShort(this) || is_short_;
+    is_short_ = voxels->wasShort(asker_) || is_short_;
   }
   brings_pages_ = more;
   if (more || !is_short_) return more;
@@ -195,6 +225,12 @@ bool PlannedFrame::bringPages() {
     return false;
   }
   is_short_ = !part_->narrow();
+  // What others hold they let go.
+  if (is_short_ && !tools_.pages.isHeldByOne()) {
+    is_short_ = false;
+    awaitTurn();
+    return true;
+  }
   if (!is_short_) holdPages(std::nullopt);
   return false;
 }

@@ -37,7 +37,8 @@ PlannedFrame::PlannedFrame(FrameTools& tools, const VulkanVolume& volume, Plan p
       order_(order),
       plan_(std::move(plan)),
       values_(order.view, volume.info()),
-      sample_end_(order.step ? order.step->end : order.view.samples) {
+      sample_end_(order.step ? order.step->end : order.view.samples),
+      asker_(tools.pages.nextAsker()) {
   describe();
   if (order.rebuild) {
     tools.residency.drop(
@@ -56,8 +57,9 @@ void PlannedFrame::letGo() noexcept {
   if (std::exchange(is_begun_, false)) tools_.buffers.give(std::exchange(buffers_, {}));
   kept_.reset();
   holdPages(std::nullopt);
-  for (PagedVoxels* const voxels : paged_) voxels->forget(this);
+  for (PagedVoxels* const voxels : paged_) voxels->forget(asker_);
   paged_.clear();
+  awaits_turn_ = false;
   part_.reset();
   brings_pages_ = is_short_ = false;
   rows_ahead_ = looks_ = 0;
@@ -73,6 +75,7 @@ void PlannedFrame::end() noexcept {
 }
 
 bool PlannedFrame::waits() const {
+  if (awaits_turn_) return !tools_.pages.hasTurn(asker_);
   return shortage_ != nullptr && tools_.under_way.holding > 0 && tools_.under_way.ended == ended_before_;
 }
 
@@ -112,7 +115,7 @@ bool PlannedFrame::advance() {
   if (isCancelled()) {
     frame_.cancelled = true;
   } else {
-    if (waits()) std::rethrow_exception(shortage_);
+    if (shortage_ != nullptr && waits()) std::rethrow_exception(shortage_);
     hold();
     try {
       more = advanceWork();
@@ -120,7 +123,9 @@ bool PlannedFrame::advance() {
       const bool draws = cutter_.has_value();  // and takes nothing more
       const bool fits_alone = error.needed_bytes <= tools_.device.info().memory_budget_bytes;
       const OutOfDeviceMemory advised = advise(error);
+      found_no_room_ = !draws && isMaking();
       if (draws || !fits_alone || tools_.under_way.holding == 1) throw advised;
+      found_no_room_ = false;
       defer(std::make_exception_ptr(advised));
       more = true;
     }
@@ -150,6 +155,9 @@ bool PlannedFrame::advanceWork() {
   if (order_.prepare_only) return false;
   if (!is_begun_) begin();
   if (plan_.is_blank) return false;
+  // Who is not let wait any longer has what is there.
+  if (awaits_turn_) is_short_ = !tools_.pages.hasTurn(asker_);
+  awaits_turn_ = false;
   if (brings_pages_ && bringPages()) return true;
   if (looksAhead()) {
     lookAhead();
@@ -197,7 +205,9 @@ void PlannedFrame::begin() {
   for (const Need& need : plan_.needs) {
     if (need.part == Part::voxels && need.paged) paged_.push_back(pins_.get<ResidentVoxels>(need).pages.get());
   }
-  for (PagedVoxels* const voxels : paged_) voxels->tryAgain();
+  for (PagedVoxels* const voxels : paged_) {
+    if (!order_.as_it_is) voxels->tryAgain();  // views that move would ask for ever
+  }
   buffers_ = tools_.buffers.take({.pixels = std::min(pixels, kMaxBandPixels),
                                   .sums = sums,
                                   .probes = plan_.key.probe != 0,
@@ -286,11 +296,10 @@ void PlannedFrame::finish() {
     stats.voxel_steps = sum(counters.voxel_steps);
     stats.loop_bound_hits = sum(counters.loop_bound_hits);
     stats.non_finite = sum(counters.non_finite);
-    for (const PagedVoxels* const voxels : paged_) {
-      if (!voxels->failure().empty()) stats.page_failure = voxels->failure();
-    }
     // Until a step is whole some bands have more samples than others: what is cancelled is not kept.
-    if (kept_ != nullptr && !frame_.cancelled && sample_end_ < order_.view.samples) {
+    // What some samples were shown coarser is not what the next ones are added to.
+    const bool is_exact = !frame_.cancelled && stats.absent_blocks == 0;
+    if (kept_ != nullptr && is_exact && sample_end_ < order_.view.samples) {
       kept_->samples = sample_end_;
       kept_->counters = counters;
       kept_->gpu_ms = stats.gpu_ms;

@@ -53,12 +53,14 @@ class PlannedFrame {
   // As FrameInProgress::waits().
   bool waits() const;
   const Plan& plan() const { return plan_; }
-  // Some part that it needs is not resident.
-  bool isMaking() const { return next_need_ < plan_.needs.size(); }
+  // advance() has refused it for a part that found no room, though no other frame held any.
+  bool foundNoRoom() const { return found_no_room_; }
   // Once there is no more.
   Frame take() { return std::move(frame_); }
 
  private:
+  // Some part that it needs is not resident.
+  bool isMaking() const { return next_need_ < plan_.needs.size(); }
   bool isCancelled() const { return order_.cancel != nullptr && order_.cancel->load(std::memory_order_relaxed); }
   bool advanceWork();
   void hold();
@@ -83,6 +85,9 @@ class PlannedFrame {
   };
   bool noteWanted(WantedBlocks& blocks);
   std::uint64_t usedBytes() const;
+  void awaitTurn();
+  void noteFailure();
+  int rowsInABand() const;
   bool looksAhead() const;
   void lookAhead();
   // Of so many rows of the picture.
@@ -106,6 +111,7 @@ class PlannedFrame {
   bool made_region_ = false;
   bool holds_ = false;
   std::exception_ptr shortage_;  // while it waits
+  bool found_no_room_ = false;
   std::uint64_t ended_before_ = 0;
 
   bool is_begun_ = false;
@@ -119,12 +125,14 @@ class PlannedFrame {
 
   // Of voxels that come and go: each drawn channel's.
   std::vector<PagedVoxels*> paged_;
+  PagePool::Asker asker_;
   std::optional<BandPart> part_;    // of the band at hand, once it was drawn: some of its pixels lacked something
   double drawn_ms_ = 0;             // of that, when it was drawn first
   std::uint64_t begun_moment_ = 0;  // when rays looked first
   std::uint64_t moment_ = 0;        // and last
   bool brings_pages_ = false;       // what they lacked is on its way
   bool is_short_ = false;           // of room, and cannot be cut smaller
+  bool awaits_turn_ = false;        // beside what others hold
   std::optional<std::uint64_t> held_moment_ = {};
   int rows_ahead_ = 0;  // how far down it was looked ahead
   int most_rows_ahead_ = kMaxImageSide;

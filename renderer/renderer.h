@@ -38,7 +38,8 @@ class FrameInProgress {
   // while there is more to do. Throws as begin() does; then the frame is given up.
   virtual bool advance() = 0;
   // There is no room for what it needs beside what other frames under way use; it has let go of its own. It can go on
-  // once one of those has ended; advance() before that refuses it, with OutOfDeviceMemory.
+  // once one of those has ended, or let go; advance() before that refuses it, with OutOfDeviceMemory, or where only
+  // voxels find no room, draws it with those that are there.
   virtual bool waits() const = 0;
   // The frame, once advance() said that there is no more; `cancelled` where the order was.
   virtual Frame finish() = 0;

@@ -21,15 +21,15 @@ std::uint64_t voxelBytes(const VolumeInfo& info, const Plan& plan) {
   return deviceBytes(info, plan, plan.level, plan.form);
 }
 
-void choosePaging(const ResolvedView& view, const VolumeInfo& info, std::uint64_t page_above_bytes, Plan& plan) {
+void choosePaging(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& device, Plan& plan) {
   const auto last = static_cast<int>(info.levels.size()) - 1;
-  if (page_above_bytes == 0 || plan.level == last) return;
-  if (voxelBytes(info, plan) <= page_above_bytes) return;
+  if (device.page_above_bytes == 0 || plan.level == last) return;
+  if (voxelBytes(info, plan) <= device.page_above_bytes) return;
   int level = plan.level + 1;
   const auto form = [&] {
     return view.mode == Mode::mip && info.has(level, Form::maxima) ? Form::maxima : Form::values;
   };
-  while (level < last && deviceBytes(info, plan, level, form()) > page_above_bytes / kCoarseShare) ++level;
+  while (level < last && deviceBytes(info, plan, level, form()) > device.page_room_bytes / kCoarseShare) ++level;
   plan.coarse_level = level;
   plan.coarse_form = form();
   plan.key.paged = 1;

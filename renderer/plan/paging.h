@@ -11,7 +11,7 @@ std::uint64_t voxelBytes(const VolumeInfo& info, const Plan& plan);
 
 // Sets the plan's coarser level and its key where the voxels that it draws take more than so many bytes, of all its
 // channels, on the device; 0: never. The level and form, channels and apron of the plan must stand. The coarser level
-// is the finest that takes an eighth of that at most.
-void choosePaging(const ResolvedView& view, const VolumeInfo& info, std::uint64_t page_above_bytes, Plan& plan);
+// is the finest that takes an eighth at most of the room that there is for pages.
+void choosePaging(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& device, Plan& plan);
 
 }  // namespace blockwalk

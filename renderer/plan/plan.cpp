@@ -381,7 +381,7 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   setSkippingKey(view, info, plan);
   setPictureKey(view, info, plan);
   if (plan.is_blank) return plan;
-  choosePaging(view, info, device.page_above_bytes, plan);
+  choosePaging(view, info, device, plan);
   setNeeds(view, info, plan);
   return plan;
 }

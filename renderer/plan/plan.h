@@ -25,6 +25,7 @@ struct DeviceTraits {
   Finder fastest = Finder::automatic;  // query or grid, where that was measured for the volume
   // Voxels of a level that take more are paged: they come and go block by block. 0: none are.
   std::uint64_t page_above_bytes = 0;
+  std::uint64_t page_room_bytes = 0;  // for all of them
   // The finest level of the volume that `auto` takes: what finer ones need besides voxels has found no room.
   int finest_level = 0;
 };

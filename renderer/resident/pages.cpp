@@ -36,15 +36,27 @@ std::uint64_t PagePool::evict(std::uint64_t bytes) {
   return before - bytes_;
 }
 
+void PagePool::awaitTurn(Asker asker) {
+  if (std::ranges::find(turns_, asker) == turns_.end()) turns_.push_back(asker);
+}
+
 PagePool::Pages::iterator PagePool::add(Page page) {
   bytes_ += page.voxels.bytes();
   pages_.push_front(std::move(page));
   return pages_.begin();
 }
 
-void PagePool::remove(Pages::iterator page) {
+PagePool::Pages PagePool::unlink(Pages::iterator page) {
   bytes_ -= page->voxels.bytes();
-  pages_.erase(page);
+  Pages alone;
+  alone.splice(alone.begin(), pages_, page);
+  return alone;
+}
+
+PagePool::Pages::iterator PagePool::relink(Pages page) {
+  bytes_ += page.front().voxels.bytes();
+  pages_.splice(pages_.begin(), page);
+  return pages_.begin();
 }
 
 PagedVoxels::PagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarters, const StoredVolume& volume,
@@ -62,7 +74,7 @@ PagedVoxels::PagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarte
 
 PagedVoxels::~PagedVoxels() {
   for (const auto& page : present_) {
-    if (page) pool_.remove(*page);
+    if (page) pool_.unlink(*page);
   }
 }
 
@@ -190,14 +202,14 @@ bool PagedVoxels::bringIn(const Batch& batch) {
     PagePool::Page page{.owner = this, .block = block, .used = pool_.moment(), .voxels = {}};
     try {
       page.voxels = Buffer(device_, batch.voxels[i].size(), BufferUse::resident);
+      uploadBytes(device_, page.voxels, batch.voxels[i]);
+      setAddress(block, page.voxels.address());
     } catch (const OutOfDeviceMemory&) {  // others have taken what the pool may have
       has_room = false;
       break;
     }
-    uploadBytes(device_, page.voxels, batch.voxels[i]);
     bytes_ += page.voxels.bytes();
     present_[block] = pool_.add(std::move(page));
-    setAddress(block, (*present_[block])->voxels.address());
     arrived.push_back(block);
     ++arrived_;
   }
@@ -207,12 +219,18 @@ bool PagedVoxels::bringIn(const Batch& batch) {
   return has_room;
 }
 
+// What writes the address may itself need room: the page is in no list by then.
 void PagedVoxels::drop(PagePool::Pages::iterator page) {
-  const std::uint32_t block = page->block;
-  setAddress(block, 0);
-  bytes_ -= page->voxels.bytes();
+  PagePool::Pages dropped = pool_.unlink(page);
+  const std::uint32_t block = dropped.front().block;
   present_[block].reset();
-  pool_.remove(page);
+  try {
+    setAddress(block, 0);
+  } catch (...) {  // the device still reads it
+    present_[block] = pool_.relink(std::move(dropped));
+    throw;
+  }
+  bytes_ -= dropped.front().voxels.bytes();
 }
 
 void PagedVoxels::setAddress(std::uint32_t block, std::uint64_t address) {

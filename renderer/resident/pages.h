@@ -53,6 +53,18 @@ class PagePool {
   void hold(std::uint64_t moment) { held_.insert(moment); }
   void letGo(std::uint64_t moment) { held_.erase(held_.find(moment)); }
 
+  // Whoever asks for pages, told apart from all others for ever.
+  using Asker = std::uint64_t;
+  Asker nextAsker() { return ++askers_; }
+  // Who finds no room beside what others hold waits for a turn alone, holding nothing: until all have let go, and those
+  // that waited before. Meanwhile nobody begins to hold, so that it comes.
+  void awaitTurn(Asker asker);
+  bool isAwaited() const { return !turns_.empty(); }
+  bool hasTurn(Asker asker) const { return held_.empty() && !turns_.empty() && turns_.front() == asker; }
+  void endTurn(Asker asker) noexcept { std::erase(turns_, asker); }
+  // Nobody but who asks, who holds once at most.
+  bool isHeldByOne() const { return held_.size() <= 1; }
+
   // Lets go of pages that nobody holds, the one used longest ago first, until so many bytes more may be taken. False
   // where that is not enough.
   bool makeRoom(std::uint64_t bytes);
@@ -62,12 +74,15 @@ class PagePool {
  private:
   friend class PagedVoxels;
   Pages::iterator add(Page page);
-  void remove(Pages::iterator page);
+  Pages unlink(Pages::iterator page);  // a list of it alone
+  Pages::iterator relink(Pages page);
 
   std::uint64_t most_bytes_;
   std::uint64_t bytes_ = 0;
   std::uint64_t moment_ = 0;
   std::multiset<std::uint64_t> held_;
+  Asker askers_ = 0;
+  std::vector<Asker> turns_;  // who has waited longest comes first
   Pages pages_;
 };
 
@@ -96,8 +111,8 @@ class PagedVoxels {
 
   // `bits` says block by block to which a ray came at `moment`. Those of them that are absent, ascending.
   std::vector<std::uint32_t> note(std::span<const std::uint32_t> bits, std::uint64_t moment);
-  // Whoever asks for blocks, by an address of its own: what one asks for is not what another waits for.
-  using Asker = const void*;
+  // What one asks for is not what another waits for.
+  using Asker = PagePool::Asker;
   // What to bring in for him next, ascending, in place of what he wanted and has not begun; but for what could not be
   // read. False where that is nothing.
   bool want(Asker asker, std::vector<std::uint32_t> blocks);
@@ -149,7 +164,7 @@ class PagedVoxels {
   std::uint64_t bytes_ = 0;
   std::uint64_t arrived_ = 0;
   std::map<Asker, Wish> wishes_;
-  Asker batch_for_ = nullptr;  // that was begun last
+  Asker batch_for_ = 0;  // that was begun last
   std::set<std::uint32_t> unreadable_;
   std::string failure_;
   std::unique_ptr<HostWork<Batch>> batch_;

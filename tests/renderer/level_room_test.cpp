@@ -35,6 +35,16 @@ Plan planOf(int level, bool paged) {
   return plan;
 }
 
+ResolvedView viewOf(int level, Mode mode = Mode::blend) {
+  ResolvedView view;
+  view.level = level;
+  view.mode = mode;
+  view.drawn = {0};
+  view.width = view.height = 64;
+  view.camera.eye = {1, 1, 1};  // inside: the finest level is wanted
+  return view;
+}
+
 const OutOfDeviceMemory kShort("short", 500, 400, "");
 const OutOfDeviceMemory kFails("fails", 0, 0, "");
 
@@ -42,41 +52,50 @@ TEST(LevelRoom, WhatFindsNoRoomIsPagedAndThenCoarser) {
   const VolumeInfo info = threeLevels();
   LevelRoom room(kBudget);
   EXPECT_FALSE(room.hasGivenWay());
-  EXPECT_TRUE(room.giveWay(7, info, planOf(0, false), kShort, true));
-  EXPECT_LT(room.pageAboveBytes(), voxelBytes(info, planOf(0, false)));
-  EXPECT_GE(room.pageAboveBytes(), voxelBytes(info, planOf(1, false)));
+  EXPECT_TRUE(room.giveWay(7, info, viewOf(kAutoLevel), planOf(0, false), kShort));
+  EXPECT_LT(room.pageAboveBytes(7), voxelBytes(info, planOf(0, false)));
+  EXPECT_GE(room.pageAboveBytes(7), voxelBytes(info, planOf(1, false)));
   EXPECT_EQ(room.finestLevel(7), 0);
-  EXPECT_FALSE(room.giveWay(7, info, planOf(0, true), kShort, false)) << "who names the level is refused";
-  EXPECT_TRUE(room.giveWay(7, info, planOf(0, true), kShort, true));
+  EXPECT_FALSE(room.giveWay(7, info, viewOf(0), planOf(0, true), kShort)) << "who names the level is refused";
+  EXPECT_TRUE(room.giveWay(7, info, viewOf(kAutoLevel), planOf(0, true), kShort));
   EXPECT_EQ(room.finestLevel(7), 1);
   EXPECT_EQ(room.finestLevel(8), 0);
-  EXPECT_TRUE(room.giveWay(7, info, planOf(1, true), kShort, true));
+  EXPECT_TRUE(room.giveWay(7, info, viewOf(kAutoLevel), planOf(1, true), kShort));
   EXPECT_EQ(room.finestLevel(7), 2);
-  EXPECT_FALSE(room.giveWay(7, info, planOf(2, false), kShort, true)) << "there is none that is coarser";
+  EXPECT_FALSE(room.giveWay(7, info, viewOf(kAutoLevel), planOf(2, false), kShort)) << "there is none that is coarser";
+  EXPECT_EQ(room.pageAboveBytes(8), kBudget) << "another volume's views are not concerned";
   room.forget(7);
+  EXPECT_EQ(room.finestLevel(7), 0);
+}
+
+// Means are no maxima: without these a coarser level is no answer, and must not become everybody's.
+TEST(LevelRoom, WhereNoCoarserLevelWillDoNothingChanges) {
+  const VolumeInfo info = threeLevels();
+  LevelRoom room(kBudget);
+  EXPECT_FALSE(room.giveWay(7, info, viewOf(kAutoLevel, Mode::mip), planOf(0, true), kShort));
   EXPECT_EQ(room.finestLevel(7), 0);
 }
 
 TEST(LevelRoom, WhatFailsThoughThereIsRoomChangesNothing) {
   LevelRoom room(kBudget);
-  EXPECT_FALSE(room.giveWay(7, threeLevels(), planOf(0, false), kFails, true));
+  EXPECT_FALSE(room.giveWay(7, threeLevels(), viewOf(kAutoLevel), planOf(0, false), kFails));
   EXPECT_FALSE(room.hasGivenWay());
   LevelRoom never(0);
-  EXPECT_FALSE(never.giveWay(7, threeLevels(), planOf(0, false), kShort, true));
+  EXPECT_FALSE(never.giveWay(7, threeLevels(), viewOf(kAutoLevel), planOf(0, false), kShort));
 }
 
 TEST(LevelRoom, WhereThereIsClearlyRoomAgainAllIsAsBefore) {
   const VolumeInfo info = threeLevels();
   const std::uint64_t bytes = voxelBytes(info, planOf(0, false));
   LevelRoom room(kBudget);
-  ASSERT_TRUE(room.giveWay(7, info, planOf(0, false), kShort, true));
-  ASSERT_TRUE(room.giveWay(7, info, planOf(0, true), kShort, true));
+  ASSERT_TRUE(room.giveWay(7, info, viewOf(kAutoLevel), planOf(0, false), kShort));
+  ASSERT_TRUE(room.giveWay(7, info, viewOf(kAutoLevel), planOf(0, true), kShort));
   room.reconsider(bytes);
   EXPECT_EQ(room.finestLevel(7), 1);
-  EXPECT_LT(room.pageAboveBytes(), bytes);
+  EXPECT_LT(room.pageAboveBytes(7), bytes);
   room.reconsider(bytes * 5 / 4 + 5);
   EXPECT_EQ(room.finestLevel(7), 0);
-  EXPECT_EQ(room.pageAboveBytes(), kBudget);
+  EXPECT_EQ(room.pageAboveBytes(7), kBudget);
   EXPECT_FALSE(room.hasGivenWay());
 }
 

@@ -62,6 +62,18 @@ TEST_F(PagesTest, WhereRecordsFindNoRoomAutoIsCoarser) {
   }
 }
 
+// Bits of the last half, where the voxels of level 0 are; the second time they are as they were.
+void invertVoxels(const std::filesystem::path& path) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  const auto bytes = static_cast<std::streamoff>(std::filesystem::file_size(path));
+  std::string last(static_cast<std::size_t>(bytes / 2), '\0');
+  file.seekg(bytes - bytes / 2);
+  file.read(last.data(), bytes / 2);
+  for (char& c : last) c = static_cast<char>(~c);
+  file.seekp(bytes - bytes / 2);
+  file.write(last.data(), bytes / 2);
+}
+
 TEST_F(PagesTest, WhatCannotBeReadIsCoarserThereUntilItCan) {
   Scene scene = makeScene(*ball(120), kSmallBlocks);
   const auto copy = scene.path.parent_path() / "damaged.bwv";
@@ -70,18 +82,7 @@ TEST_F(PagesTest, WhatCannotBeReadIsCoarserThereUntilItCan) {
   View view = finest(64);
   view.channels[0].transfer = {{.value = 100, .color = {1, 1, 1}, .opacity = 1}};
   const Frame complete = renderer().render(*scene.resident, view);
-  // The voxels of level 0 come last.
-  const auto invert = [&] {
-    std::fstream file(copy, std::ios::in | std::ios::out | std::ios::binary);
-    const auto bytes = static_cast<std::streamoff>(std::filesystem::file_size(copy));
-    std::string last(static_cast<std::size_t>(bytes / 2), '\0');
-    file.seekg(bytes - bytes / 2);
-    file.read(last.data(), bytes / 2);
-    for (char& c : last) c = static_cast<char>(~c);
-    file.seekp(bytes - bytes / 2);
-    file.write(last.data(), bytes / 2);
-  };
-  invert();
+  invertVoxels(copy);
   const Frame damaged = renderer_->render(*volume_, view);
   EXPECT_FALSE(damaged.stats.isComplete());
   EXPECT_NE(damaged.stats.page_failure.find("damaged.bwv"), std::string::npos) << damaged.stats.page_failure;
@@ -89,11 +90,35 @@ TEST_F(PagesTest, WhatCannotBeReadIsCoarserThereUntilItCan) {
     if ((complete.pixels[i] & 0xffffff) == 0) continue;
     EXPECT_NE(damaged.pixels[i] & 0xffffff, 0u) << i;
   }
-  invert();
+  invertVoxels(copy);
   const Frame healed = renderer_->render(*volume_, view);
   EXPECT_TRUE(healed.stats.isComplete());
   EXPECT_EQ(healed.stats.page_failure, "");
   EXPECT_EQ(healed.pixels, complete.pixels);
+}
+
+// Nothing is added to samples that were shown coarser.
+TEST_F(PagesTest, ARefinementThatLackedSomethingBeginsAnew) {
+  Scene scene = makeScene(*ball(120), kSmallBlocks);
+  const auto copy = scene.path.parent_path() / "refined.bwv";
+  std::filesystem::copy_file(scene.path, copy, std::filesystem::copy_options::overwrite_existing);
+  start(copy, 640 * kKib);
+  View view = finest(48);
+  view.samples = 4;
+  view.channels[0].transfer = {{.value = 100, .color = {1, 1, 1}, .opacity = 1}};
+  const Frame expected = renderer().render(*scene.resident, view);
+  const auto step = [&](int begin, int end) {
+    FrameOrder order = orderOf(view);
+    order.step = SampleStep{.owner = 3, .begin = begin, .end = end};
+    return renderer_->render(*volume_, std::move(order));
+  };
+  invertVoxels(copy);
+  EXPECT_FALSE(step(0, 2).stats.isComplete());
+  invertVoxels(copy);
+  const Frame last = step(2, 4);
+  EXPECT_TRUE(last.stats.isComplete());
+  EXPECT_EQ(last.samples_drawn, 4);
+  EXPECT_EQ(last.pixels, expected.pixels);
 }
 
 }  // namespace

@@ -199,8 +199,8 @@ TEST_F(PagesTest, TwoWhoLookAtOnceBothGetAllVoxels) {
   const auto one = renderer_->begin(*volume_, orderOf(near));
   const auto other = renderer_->begin(*volume_, orderOf(far));
   for (bool more_of_one = true, more_of_other = true; more_of_one || more_of_other;) {
-    if (more_of_one) more_of_one = one->advance();
-    if (more_of_other) more_of_other = other->advance();
+    if (more_of_one && !one->waits()) more_of_one = one->advance();
+    if (more_of_other && !other->waits()) more_of_other = other->advance();
   }
   const Frame first = one->finish();
   const Frame second = other->finish();
@@ -228,8 +228,8 @@ TEST_F(PagesTest, WhoHasTooLittleRoomDoesNotMakeOthersCoarser) {
     const auto one = renderer_->begin(*volume_, orderOf(far));
     const auto other = renderer_->begin(*volume_, orderOf(near));
     for (bool more_of_one = true, more_of_other = true; more_of_one || more_of_other;) {
-      if (more_of_one) more_of_one = one->advance();
-      if (more_of_other) more_of_other = other->advance();
+      if (more_of_one && !one->waits()) more_of_one = one->advance();
+      if (more_of_other && !other->waits()) more_of_other = other->advance();
     }
     EXPECT_FALSE(one->finish().stats.isComplete());
     const Frame frame = other->finish();

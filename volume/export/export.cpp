@@ -126,6 +126,9 @@ ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& p
   }
   std::error_code absent;
   if (std::filesystem::is_directory(path, absent)) failData("{}: is a folder; none is replaced", path.string());
+  if (std::filesystem::exists(path, absent) && !std::filesystem::is_regular_file(path, absent)) {
+    failData("{}: is no regular file, and not replaced", path.string());
+  }
   const VoxelBox box = checkedBox(options, info.level(options.level, Form::values).dims, name);
   ExportJob job{.file = file,
                 .level = options.level,

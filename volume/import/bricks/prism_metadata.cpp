@@ -151,7 +151,8 @@ class PrismReader {
       result_.dims = glm::max(result_.dims, end);
       result_.least_side = std::min(result_.least_side, brick.side);
     }
-    checkEmptiness();
+    constexpr std::uint64_t kMostBoxes = 1024;  // of what the bricks hold: about what gzip packs zeros to
+    checkEmptiness("up to their ends", kMostBoxes);
     if (!true_size_) return;
     const auto& [true_x, true_y, true_z] = *true_size_;
     const glm::ivec3 said = checkedDims(true_x, true_y, true_z, name_, "trueSize");
@@ -160,17 +161,17 @@ class PrismReader {
     }
     result_.dims = said;
     result_.dims_said = true;
+    checkEmptiness("of trueSize", kMostBoxes * kMostBoxes);
   }
 
   // Gaps cost time and no bytes: a few small bricks far from each other would take days.
-  void checkEmptiness() const {
-    constexpr std::uint64_t kMostBoxes = 1024;  // of what the bricks hold: about what gzip packs zeros to
+  void checkEmptiness(std::string_view where, std::uint64_t most_boxes) const {
     std::uint64_t held = 0;
     for (const Brick& brick : result_.bricks) held += brick.voxels();
     const std::uint64_t box = cellCount(result_.dims);
-    if (box / kMostBoxes > held) {
-      failData("{}: bricks: they hold {} voxels of the {} up to their ends, less than one of {}", name_, held, box,
-               kMostBoxes);
+    if (box / most_boxes > held) {
+      failData("{}: bricks: they hold {} voxels of the {} {}, less than one of {}", name_, held, box, where,
+               most_boxes);
     }
   }
 

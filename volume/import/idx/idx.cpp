@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cstring>
+#include <filesystem>
 #include <memory>
 #include <span>
+#include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -78,11 +81,37 @@ class IdxSource final : public Source {
   std::vector<std::byte> samples_;
 };
 
+// Blocks that are not there cost time and no bytes: a header alone would take days. Files of blocks lie in folders that
+// the first of them names.
+void checkEmptiness(const InputFile& file, const IdxHeader& header, std::uint64_t voxel_bytes) {
+  constexpr std::uint64_t kMostBoxes = std::uint64_t{1}
+                                       << 20;  // of what files hold: packed a thousandfold, one in a thousand there
+  constexpr int kMostFiles = 1 << 20;          // that are looked at
+  const std::uint64_t box = cellCount(header.dims) * voxel_bytes;
+  std::uint64_t held = 1;
+  const std::string& pattern = header.file_template;
+  const std::filesystem::path fixed(pattern.substr(0, pattern.find('%')));
+  const auto folder = std::filesystem::absolute(file.path()).parent_path() / fixed.parent_path();
+  std::error_code error;
+  int looked = 0;
+  for (std::filesystem::recursive_directory_iterator at(folder, error), end; !error && at != end && looked < kMostFiles;
+       at.increment(error), ++looked) {
+    std::error_code gone;
+    if (at->is_regular_file(gone)) held += at->file_size(gone);
+    if (box / kMostBoxes <= held) return;
+  }
+  if (box / kMostBoxes > held) {
+    failData("{}: filename_template: the files of blocks in {} have {} bytes for a box of {}, less than one of {}",
+             file.name(), fixed.parent_path().string(), held - 1, box, kMostBoxes);
+  }
+}
+
 }  // namespace
 
 std::unique_ptr<Source> openIdx(std::shared_ptr<const InputFile> file, const ImportOptions& options) {
   const auto volume = std::make_shared<IdxVolume>(file, options.memory_bytes);
   const IdxHeader& header = volume->header;
+  checkEmptiness(*file, header, header.fields.size() * header.fields[0].format.voxelBytes());
   SourceInfo info{.name = file->name(), .format = "idx", .dims = header.dims, .random_access = true};
   info.world_from_index = worldFromIndex(header.geometry, options.spacing, file->name(), "logic_to_physic, physic_box");
   info.note = header.time_note;

@@ -179,10 +179,13 @@ std::shared_ptr<const InputFile> IdxBlocks::open(const std::string& name) {
     if (known != files_.end()) return known->second;
   }
   const auto folder = std::filesystem::absolute(file_->path()).parent_path();
-  std::error_code absent;
+  std::error_code error;
   std::shared_ptr<const InputFile> opened;
-  if (std::filesystem::exists(std::filesystem::symlink_status(folder / name, absent))) {
+  const std::filesystem::file_status status = std::filesystem::symlink_status(folder / name, error);
+  if (std::filesystem::exists(status)) {
     opened = openDataFile(*file_, "filename_template", name);
+  } else if (status.type() != std::filesystem::file_type::not_found) {
+    failData("{}: filename_template: {} cannot be looked at: {}", file_->name(), name, error.message());
   }
   const std::lock_guard lock(files_mutex_);
   if (files_.size() == kMostOpenFiles) files_.clear();

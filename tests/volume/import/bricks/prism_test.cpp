@@ -245,6 +245,9 @@ TEST(ImportPrism, RefusesWhatWouldTakeTooMuch) {
   const std::string far = R"("bytesPerPixel":1,"scale":[1,1,1],"globalSize":[65536,65536,65536])";
   scratch.write("metadata.json", metadataText({{"0.raw", 1, {0, 0, 0}}, {"1.raw", 1, {65535, 9, 9}}}, far));
   EXPECT_THAT(refusal({scratch.path("")}), HasSubstr("they hold 2 voxels of the 6553600 up to their ends"));
+  const std::string said = far + R"(,"trueSize":[65536,65536,65536])";
+  scratch.write("metadata.json", metadataText({{"0.raw", 1, {0, 0, 0}}}, said));
+  EXPECT_THAT(refusal({scratch.path("")}), HasSubstr("they hold 1 voxels of the 281474976710656 of trueSize"));
   scratch.write("metadata.json", "{\"bricks\":" + std::string(1000, '[') + std::string(1000, ']') + "}");
   EXPECT_THAT(refusal({scratch.path("")}), HasSubstr("bricks at byte"));
   scratch.write("metadata.json", "{\"bricks\":[],\"x\":" + std::string(1000, '['));

@@ -353,6 +353,20 @@ TEST(ImportIdx, RefusesByFieldAndBound) {
   EXPECT_THAT(refusal({scratch.write("v.idx", writer.header())}, options), HasSubstr("makes blocks of 16 bytes"));
 }
 
+// A header without files of blocks, and files that cannot be looked at.
+TEST(ImportIdx, RefusesWhatIsNearlyAllDefault) {
+  const Scratch scratch;
+  IdxWriter writer{.bits = "V012012012", .dims = {7, 8, 5}};
+  writer.voxels = {std::string(280, 'v')};
+  writeIdx(scratch, writer, "v/", {0});
+  std::string bits = "V";
+  for (int i = 0; i < 16; ++i) bits += "012";
+  IdxWriter huge = writer;
+  huge.bits = bits;
+  huge.dims = {65536, 65536, 65536};
+  EXPECT_THAT(refusal({scratch.write("huge.idx", huge.header())}), HasSubstr("filename_template: the files of blocks"));
+}
+
 TEST(ImportIdx, RefusesBrokenBlocks) {
   const Scratch scratch;
   IdxWriter writer{.bits = "V012012", .dims = {4, 4, 4}, .block_bits = 6, .blocks_per_file = 1};
