@@ -15,6 +15,7 @@ namespace {
 constexpr int kLookStride = 4;
 constexpr int kFewestRows = 64;  // to look ahead at
 constexpr int kMostLooks = 4;
+constexpr int kMostTriesAlone = 4;
 
 constexpr double kUnknownRays = 16384;  // where nothing is known of their time
 
@@ -91,6 +92,7 @@ void PlannedFrame::drawPaged() {
   if (blocks.absent > 0) noteFailure();
   holdPages(std::nullopt);
   is_short_ = false;
+  tries_alone_ = 0;
   if (part_->next()) return;
   // The next band tries as much as this found room for, and as much again.
   cutter_->keepWithin(std::min(2 * part_->rows(), kMaxImageSide), std::min(2 * part_->columns(), kMaxImageSide));
@@ -225,11 +227,16 @@ bool PlannedFrame::bringPages() {
     return false;
   }
   is_short_ = !part_->narrow();
-  // What others hold they let go.
+  // What others hold they let go, and what they have merely come to since may give way once it is older than what this
+  // part comes to when it looks again.
   if (is_short_ && !tools_.pages.isHeldByOne()) {
     is_short_ = false;
     awaitTurn();
     return true;
+  }
+  if (is_short_ && ++tries_alone_ <= kMostTriesAlone) {
+    is_short_ = false;
+    return false;
   }
   if (!is_short_) holdPages(std::nullopt);
   return false;

@@ -132,6 +132,7 @@ class PlannedFrame {
   std::uint64_t moment_ = 0;        // and last
   bool brings_pages_ = false;       // what they lacked is on its way
   bool is_short_ = false;           // of room, and cannot be cut smaller
+  int tries_alone_ = 0;             // to find room for a workgroup
   bool awaits_turn_ = false;        // beside what others hold
   std::optional<std::uint64_t> held_moment_ = {};
   int rows_ahead_ = 0;  // how far down it was looked ahead
