@@ -110,8 +110,8 @@ class PlannedFrame {
   std::shared_ptr<const Slot> waits_for_;  // the part in the making, which does not give way meanwhile
   bool made_region_ = false;
   bool holds_ = false;
-  std::exception_ptr shortage_;  // while it waits
   bool found_no_room_ = false;
+  std::exception_ptr shortage_;  // while it waits
   std::uint64_t ended_before_ = 0;
 
   bool is_begun_ = false;
@@ -132,8 +132,8 @@ class PlannedFrame {
   std::uint64_t moment_ = 0;        // and last
   bool brings_pages_ = false;       // what they lacked is on its way
   bool is_short_ = false;           // of room, and cannot be cut smaller
-  int tries_alone_ = 0;             // to find room for a workgroup
   bool awaits_turn_ = false;        // beside what others hold
+  int tries_alone_ = 0;             // to find room for a workgroup
   std::optional<std::uint64_t> held_moment_ = {};
   int rows_ahead_ = 0;  // how far down it was looked ahead
   int most_rows_ahead_ = kMaxImageSide;
