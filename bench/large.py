@@ -17,7 +17,6 @@ import json
 import math
 import queue
 import statistics
-import struct
 import threading
 import time
 
@@ -41,14 +40,7 @@ class Flight:
     def receive(self):
         try:
             while True:
-                kind, payload = self.stream.read()
-                if kind == 1:
-                    message = json.loads(payload)
-                    if message["type"] == "error":
-                        raise ConnectionError(message["problem"]["detail"])
-                    continue
-                length = struct.unpack("<I", payload[:4])[0]
-                header = json.loads(payload[4:4 + length])
+                header = self.stream.read_frame()
                 self.stream.send_json({"type": "ack", "id": header["id"]})
                 self.frames.put((time.monotonic(), header))
         except (OSError, ConnectionError) as error:
@@ -156,7 +148,7 @@ def picture(daemon, volume, camera, size, look):
     return hashlib.sha256(body).hexdigest()
 
 
-def fly(options, budget, size, look, flight=None):
+def fly(options, budget, size, look):
     arguments = ["--memory-budget", str(budget)] if budget else []
     daemon = Daemon(options.daemon, *arguments, options.file)
     try:

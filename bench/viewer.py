@@ -68,6 +68,17 @@ class Stream:
             if first & 0x80:
                 return kind, payload
 
+    def read_frame(self):
+        """The header of the next frame. Other texts are passed by; an error of the server's is one here."""
+        while True:
+            kind, payload = self.read()
+            if kind != 1:
+                length = struct.unpack("<I", payload[:4])[0]
+                return json.loads(payload[4:4 + length])
+            message = json.loads(payload)
+            if message["type"] == "error":
+                raise ConnectionError(message["problem"]["detail"])
+
 
 class Viewer:
     """Frames as they come, on a thread; views on another, so many a second."""
@@ -103,14 +114,7 @@ class Viewer:
     def receive(self):
         try:
             while not self.ended:
-                kind, payload = self.stream.read()
-                if kind == 1:
-                    message = json.loads(payload)
-                    if message["type"] == "error":
-                        raise ConnectionError(message["problem"]["detail"])
-                    continue
-                length = struct.unpack("<I", payload[:4])[0]
-                header = json.loads(payload[4:4 + length])
+                header = self.stream.read_frame()
                 self.arrivals.append((time.monotonic(), header))
                 with self.lock:
                     self.stream.send_json({"type": "ack", "id": header["id"]})

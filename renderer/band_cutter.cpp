@@ -32,7 +32,7 @@ void BandCutter::cutRows() {
   if (ms_per_pixel_) {
     const double fitting = limits_.band_ms / (*ms_per_pixel_ * static_cast<double>(width));
     rows = static_cast<int>(std::clamp(fitting, 1.0, static_cast<double>(kMaxImageSide)));
-    rows = (rows + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide;
+    rows = wholeGroups(rows);
   }
   // A cheap band of sky must not make the next one long.
   if (last_rows_ > 0) rows = std::min(rows, kMostGrowth * last_rows_);
@@ -55,7 +55,7 @@ void BandCutter::cutColumns() {
     }
     if (last_columns_ > 0) columns = std::min(columns, kMostGrowth * last_columns_);
     columns = std::min(columns, most_columns_);
-    columns = (columns + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide;
+    columns = wholeGroups(columns);
   }
   band_.column_count = std::min(columns, left);
   band_.sample_begin = limits_.sample_begin;

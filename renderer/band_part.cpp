@@ -6,17 +6,12 @@
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
-namespace {
-
-int half(int pixels) { return (pixels / 2 + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide; }
-
-}  // namespace
 
 bool BandPart::narrow() {
   if (part_.row_count > gpu::kGroupSide) {
-    rows_ = part_.row_count = half(part_.row_count);
+    rows_ = part_.row_count = wholeGroups(part_.row_count / 2);
   } else if (part_.column_count > gpu::kGroupSide) {
-    columns_ = part_.column_count = half(part_.column_count);
+    columns_ = part_.column_count = wholeGroups(part_.column_count / 2);
   } else {
     return false;
   }

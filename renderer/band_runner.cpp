@@ -22,6 +22,8 @@ std::uint32_t spreadStride(std::uint32_t rows) {
 
 }  // namespace
 
+int wholeGroups(int pixels) { return (pixels + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide; }
+
 BandRunner::BandRunner(Device& device, Kernels& kernels) : device_(device), kernels_(kernels) {
   const auto& handle = device.handle();
   pool_ = handle.createCommandPool(
@@ -40,9 +42,7 @@ void BandRunner::record(const Kernels::Kernel& kernel, const Plan& plan, const B
     commands_.pushConstants<KernelKey>(*layout, vk::ShaderStageFlagBits::eCompute, kChoicesOffset, plan.key);
   }
   if (ray_query) commands_.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, instances, {});
-  const auto groups = [](int pixels) {
-    return static_cast<std::uint32_t>((pixels + gpu::kGroupSide - 1) / gpu::kGroupSide);
-  };
+  const auto groups = [](int pixels) { return static_cast<std::uint32_t>(wholeGroups(pixels) / gpu::kGroupSide); };
   const std::uint32_t row_stride = device_.isSoftware() ? spreadStride(groups(band.row_count)) : 1;
   // A sample adds to the sums and pixels that the one before has written, in this submission or an earlier one.
   const auto shader = vk::AccessFlagBits::eShaderWrite;

@@ -12,6 +12,9 @@
 namespace blockwalk {
 
 // Rows of the image, columns of them, and samples of those that one submission draws. Columns begin at a workgroup's.
+// Rows or columns of so many pixels, filled up to whole workgroups.
+int wholeGroups(int pixels);
+
 struct Band {
   int row_begin = 0;
   int row_count = 0;

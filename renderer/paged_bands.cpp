@@ -19,10 +19,6 @@ constexpr int kMostTriesAlone = 4;
 
 constexpr double kUnknownRays = 16384;  // where nothing is known of their time
 
-// Rows of workgroups.
-int roundedUp(int rows) { return (rows + gpu::kGroupSide - 1) / gpu::kGroupSide * gpu::kGroupSide; }
-int halfOf(int rows) { return roundedUp(rows / 2); }
-
 }  // namespace
 
 // Where the kernel writes the pixels of a part of the band.
@@ -121,13 +117,16 @@ void PlannedFrame::bringForNext() {
   holdPages(std::nullopt);
 }
 
+std::span<const std::uint32_t> PlannedFrame::wantedBits(const PagedVoxels& voxels) const {
+  return buffers_.wanted.mappedAs<std::uint32_t>().first((voxels.blockCount() + 31) / 32);
+}
+
 // Says of every block that a ray came to that it was used now. What is absent is wanted; false where nothing is that
 // can come.
 bool PlannedFrame::noteWanted(WantedBlocks& blocks) {
-  const auto bits = buffers_.wanted.mappedAs<std::uint32_t>();
   bool lacks = false;
   for (PagedVoxels* const voxels : paged_) {
-    const auto words = bits.first((voxels->blockCount() + 31) / 32);
+    const std::span<const std::uint32_t> words = wantedBits(*voxels);
     for (const std::uint32_t word : words) blocks.wanted += static_cast<std::uint64_t>(std::popcount(word));
     std::vector<std::uint32_t> absent = voxels->note(words, moment_);
     blocks.absent += absent.size();
@@ -147,7 +146,7 @@ int PlannedFrame::rowsInABand() const {
   const double ms_per_ray =
       tools_.times.find(volume_.serial(), plan_.level, plan_.key).value_or(tools_.band_ms / kUnknownRays);
   const double rows = tools_.band_ms / ms_per_ray * kLookStride * kLookStride / frame_.width;
-  return roundedUp(static_cast<int>(std::clamp(rows, 1.0, static_cast<double>(kMaxImageSide))));
+  return wholeGroups(static_cast<int>(std::clamp(rows, 1.0, static_cast<double>(kMaxImageSide))));
 }
 
 // Every fourth ray each way, of as many rows as there is room for: what these come to is brought in together, in the
@@ -161,7 +160,7 @@ void PlannedFrame::lookAhead() {
                   .row_count = std::min(part(begin + rows) - first, part(frame_.height) - first),
                   .column_count = part(frame_.width)};
   if (static_cast<std::size_t>(band.row_count) * static_cast<std::size_t>(band.column_count) > kMaxBandPixels) {
-    most_rows_ahead_ = halfOf(rows);
+    most_rows_ahead_ = wholeGroups(rows / 2);
     return;
   }
   gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameParams>()[0];
@@ -175,7 +174,7 @@ void PlannedFrame::lookAhead() {
 
   const bool fits = usedBytes() <= tools_.pages.mostBytes();
   if (!fits && rows > kFewestRows) {
-    most_rows_ahead_ = halfOf(rows);
+    most_rows_ahead_ = wholeGroups(rows / 2);
     return;
   }
   WantedBlocks blocks;
@@ -190,8 +189,7 @@ void PlannedFrame::lookAhead() {
 std::uint64_t PlannedFrame::usedBytes() const {
   std::uint64_t bytes = 0;
   for (const PagedVoxels* const voxels : paged_) {
-    forEachBit(buffers_.wanted.mappedAs<std::uint32_t>().first((voxels->blockCount() + 31) / 32),
-               [&](std::uint32_t block) { bytes += voxels->blockBytes(block); });
+    forEachBit(wantedBits(*voxels), [&](std::uint32_t block) { bytes += voxels->blockBytes(block); });
   }
   return bytes;
 }

@@ -6,6 +6,7 @@
 
 #include <exception>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "renderer/band_cutter.h"
@@ -83,6 +84,7 @@ class PlannedFrame {
     std::uint64_t wanted = 0;
     std::uint64_t absent = 0;
   };
+  std::span<const std::uint32_t> wantedBits(const PagedVoxels& voxels) const;
   bool noteWanted(WantedBlocks& blocks);
   std::uint64_t usedBytes() const;
   void awaitTurn();

@@ -74,10 +74,15 @@ void invertVoxels(const std::filesystem::path& path) {
   file.write(last.data(), bytes / 2);
 }
 
+std::filesystem::path copyOf(const Scene& scene, const char* name) {
+  std::filesystem::path copy = scene.path.parent_path() / name;
+  std::filesystem::copy_file(scene.path, copy, std::filesystem::copy_options::overwrite_existing);
+  return copy;
+}
+
 TEST_F(PagesTest, WhatCannotBeReadIsCoarserThereUntilItCan) {
   Scene scene = makeScene(*ball(120), kSmallBlocks);
-  const auto copy = scene.path.parent_path() / "damaged.bwv";
-  std::filesystem::copy_file(scene.path, copy, std::filesystem::copy_options::overwrite_existing);
+  const std::filesystem::path copy = copyOf(scene, "damaged.bwv");
   start(copy, 640 * kKib);
   View view = finest(64);
   view.channels[0].transfer = {{.value = 100, .color = {1, 1, 1}, .opacity = 1}};
@@ -100,8 +105,7 @@ TEST_F(PagesTest, WhatCannotBeReadIsCoarserThereUntilItCan) {
 // Nothing is added to samples that were shown coarser.
 TEST_F(PagesTest, ARefinementThatLackedSomethingBeginsAnew) {
   Scene scene = makeScene(*ball(120), kSmallBlocks);
-  const auto copy = scene.path.parent_path() / "refined.bwv";
-  std::filesystem::copy_file(scene.path, copy, std::filesystem::copy_options::overwrite_existing);
+  const std::filesystem::path copy = copyOf(scene, "refined.bwv");
   start(copy, 640 * kKib);
   View view = finest(48);
   view.samples = 4;

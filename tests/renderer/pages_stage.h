@@ -2,6 +2,8 @@
 // What tests of voxels that come and go share.
 #pragma once
 
+#include <utility>
+
 #include "tests/renderer/stage.h"
 
 namespace blockwalk::test {
@@ -29,6 +31,17 @@ class PagesTest : public OwnRendererTest {
     FrameOrder order = orderOf(view);
     order.as_it_is = true;
     return renderer_->render(*volume_, std::move(order));
+  }
+
+  // Pieces of two frames by turns.
+  std::pair<Frame, Frame> drawByTurns(const View& first, const View& second) {
+    const auto one = renderer_->begin(*volume_, orderOf(first));
+    const auto other = renderer_->begin(*volume_, orderOf(second));
+    for (bool more_of_one = true, more_of_other = true; more_of_one || more_of_other;) {
+      if (more_of_one && !one->waits()) more_of_one = one->advance();
+      if (more_of_other && !other->waits()) more_of_other = other->advance();
+    }
+    return {one->finish(), other->finish()};
   }
 
   // Of the finest level.

@@ -196,21 +196,13 @@ TEST_F(PagesTest, TwoWhoLookAtOnceBothGetAllVoxels) {
   far.target = glm::dvec3(75, 70, 65);
   const Frame expected_near = renderer().render(*scene.resident, near);
   const Frame expected_far = renderer().render(*scene.resident, far);
-  const auto one = renderer_->begin(*volume_, orderOf(near));
-  const auto other = renderer_->begin(*volume_, orderOf(far));
-  for (bool more_of_one = true, more_of_other = true; more_of_one || more_of_other;) {
-    if (more_of_one && !one->waits()) more_of_one = one->advance();
-    if (more_of_other && !other->waits()) more_of_other = other->advance();
-  }
-  const Frame first = one->finish();
-  const Frame second = other->finish();
+  const auto [first, second] = drawByTurns(near, far);
   EXPECT_EQ(first.stats.absent_blocks, 0u);
   EXPECT_EQ(second.stats.absent_blocks, 0u);
   EXPECT_EQ(first.pixels, expected_near.pixels);
   EXPECT_EQ(second.pixels, expected_far.pixels);
 }
 
-// What rays come to fits, the level does not.
 // Of one volume, and one of them with more along a workgroup's rays than there is room for: that is its own trouble.
 TEST_F(PagesTest, WhoHasTooLittleRoomDoesNotMakeOthersCoarser) {
   Scene scene = makeScene(*ball(200), kSmallBlocks);
@@ -225,19 +217,14 @@ TEST_F(PagesTest, WhoHasTooLittleRoomDoesNotMakeOthersCoarser) {
   near.target = glm::dvec3(100, 100, 210);
   const Frame expected = renderer().render(*scene.resident, near);
   for (int round = 0; round < 4; ++round) {
-    const auto one = renderer_->begin(*volume_, orderOf(far));
-    const auto other = renderer_->begin(*volume_, orderOf(near));
-    for (bool more_of_one = true, more_of_other = true; more_of_one || more_of_other;) {
-      if (more_of_one && !one->waits()) more_of_one = one->advance();
-      if (more_of_other && !other->waits()) more_of_other = other->advance();
-    }
-    EXPECT_FALSE(one->finish().stats.isComplete());
-    const Frame frame = other->finish();
+    const auto [coarse, frame] = drawByTurns(far, near);
+    EXPECT_FALSE(coarse.stats.isComplete());
     EXPECT_TRUE(frame.stats.isComplete());
     EXPECT_EQ(frame.pixels, expected.pixels);
   }
 }
 
+// What rays come to fits, the level does not.
 TEST_F(PagesTest, WhatFitsIsReadOnce) {
   Scene scene = makeScene(*ball(200), kSmallBlocks);
   start(scene.path, 6144 * kKib);
