@@ -8,7 +8,8 @@ The flight: an orbit of level 0 as far away as the default view, a zoom to one v
 back. Views come 30 a second, as fast as a mouse, whatever is drawn. The budget is that share of what the voxels of level 0
 take on the device, and of what the same daemon needs for anything at all: its records and frames, which every row has.
 Each row: milliseconds between a view's frames and device milliseconds of one (median, 95th percentile), blocks that were
-wanted and the share of them that was there (hits), time after the jump until a frame is complete and until the final one,
+wanted and the share of them that was there (hits), how far moving frames are from the complete picture of their view (root
+mean square of a colour, steps of 8 bits: median and most of every tenth view), time after the jump until a frame is complete and until the final one,
 pages read then and all in all, the daemon's memory at its most beside the budget, and whether the pictures at the ends are
 those of a daemon without a bound, byte for byte."""
 import argparse
@@ -24,6 +25,7 @@ from daemon import Daemon
 from viewer import Stream
 
 PERIOD = 1 / 30
+COMPARED = 10  # of so many views that move one is compared with its complete picture
 
 
 class Flight:
@@ -34,21 +36,29 @@ class Flight:
         self.stream.send_json({"type": "limits", "fps": 60})
         self.frames = queue.Queue()
         self.number = 0
+        self.shown = {}  # cameras by the ids of views whose pixels are kept
+        self.kept = []
         self.fixed = {"size": size, **look}
         threading.Thread(target=self.receive, daemon=True).start()
 
     def receive(self):
         try:
             while True:
-                header = self.stream.read_frame()
+                header, pixels = self.stream.read_picture()
+                if header["format"] == "raw" and header["id"] in self.shown:
+                    self.kept.append((self.shown.pop(header["id"]), header["width"], header["height"], pixels))
                 self.stream.send_json({"type": "ack", "id": header["id"]})
                 self.frames.put((time.monotonic(), header))
         except (OSError, ConnectionError) as error:
             self.frames.put((time.monotonic(), error))
 
-    def show(self, camera):
+    def show(self, camera, moves=False):
         self.number += 1
-        self.stream.send_json({"type": "view", "id": self.number, **self.fixed, **camera})
+        compared = {}
+        if moves and self.number % COMPARED == 0:
+            self.shown[self.number] = camera
+            compared = {"format": "raw"}
+        self.stream.send_json({"type": "view", "id": self.number, **self.fixed, **compared, **camera})
 
     def taken(self):
         """Frames that have come since."""
@@ -67,7 +77,7 @@ class Flight:
         """One view a period; frames that came meanwhile."""
         begin = time.monotonic()
         for i, camera in enumerate(cameras):
-            self.show(camera)
+            self.show(camera, moves=True)
             time.sleep(max(0, begin + (i + 1) * PERIOD - time.monotonic()))
         return self.taken()
 
@@ -138,14 +148,43 @@ def summary(frames, begin):
     }
 
 
-def picture(daemon, volume, camera, size, look):
+def fetched(daemon, volume, camera, size, look):
     number = lambda values: ",".join(repr(float(v)) for v in values)  # noqa: E731
     query = "&".join([f"size={size[0]}x{size[1]}", *(f"{key}={value}" for key, value in look.items()),
                       *(f"{key}={number(value)}" for key, value in camera.items())])
     status, body = daemon.get(f"/api/v1/volumes/{volume}/image?format=raw&{query}")
     if status != 200:
         raise SystemExit(f"{status}: {body.decode()}")
-    return hashlib.sha256(body).hexdigest()
+    return body
+
+
+def picture(daemon, volume, camera, size, look):
+    return hashlib.sha256(fetched(daemon, volume, camera, size, look)).hexdigest()
+
+
+def difference(a, b):
+    """Root mean square over the pixels that are not background in both, and their colours."""
+    total = count = 0
+    for i in range(0, len(a), 4):
+        if a[i:i + 3] == b[i:i + 3] == bytes(3):
+            continue
+        total += sum((a[i + c] - b[i + c]) ** 2 for c in range(3))
+        count += 3
+    return math.sqrt(total / count) if count else 0.0
+
+
+def compare(options, runs, look):
+    """Moving frames of all runs with the pictures of a daemon without a bound."""
+    daemon = Daemon(options.daemon, options.file)
+    try:
+        volume = daemon.volumes()[0]
+        for run in runs:
+            for name, kept in run.pop("kept").items():
+                errors = [difference(pixels, fetched(daemon, volume, camera, (width, height), look))
+                          for camera, width, height, pixels in kept]
+                run["parts"][name]["error"] = [round(statistics.median(errors), 1), round(max(errors), 1)] if errors else None
+    finally:
+        daemon.end()
 
 
 def fly(options, budget, size, look):
@@ -158,7 +197,7 @@ def fly(options, budget, size, look):
         stream = Flight(daemon.port, volume, size, look)
         stream.show(flight["orbit"][0])
         stream.rest()  # kernels are compiled, and the first view is there
-        run = {"budget": budget, "parts": {}}
+        run = {"budget": budget, "parts": {}, "kept": {}}
         most = 0
         for name in ("orbit", "zoom", "turn near", "jump", "return"):
             begin = time.monotonic()
@@ -167,6 +206,7 @@ def fly(options, budget, size, look):
             rest, complete, final = stream.rest()
             run["parts"][name] = {**moving, "s_to_complete": complete and round(complete, 2), "s_to_final": round(final, 2),
                                   "pages_to_final": sum(h.get("pages_read", 0) for _, h in rest)}
+            run["kept"][name], stream.kept = stream.kept, []
             most = max(most, daemon.metric("device_memory_used_bytes"))
         run["rss"], run["anonymous"] = rss(daemon.pid)
         run["device_bytes"] = most
@@ -197,11 +237,12 @@ def main():
     for share in options.shares:
         budget = int(voxels * share + 0.08 * voxels) + (12 << 20)
         runs.append({"share": share, **fly(options, budget, size, look)[1]})
+    compare(options, runs, look)
     mib = 1 << 20
     print(f"level 0: {voxels / mib:.0f} MiB of voxels on the device, {info['levels'][0]['blocks']} blocks\n")
-    print("| share | budget MiB | device, RSS MiB | part | frames, scale | ms between, device (95 %) | complete, hits | "
+    print("| share | budget MiB | device, RSS MiB | part | frames, scale | ms between, device (95 %) | complete, hits | error | "
           "s to complete, final | pages moving, final | pictures |")
-    print("|" + "---|" * 10)
+    print("|" + "---|" * 11)
     for run in runs:
         same = sum(a == b for a, b in zip(run["pictures"], whole["pictures"]))
         head = (f"{run['share'] or 'all'} | {(run['budget'] or 0) / mib:.0f} | {run['device_bytes'] / mib:.0f}, "
@@ -209,6 +250,7 @@ def main():
         for name, part in run["parts"].items():
             ms = part["ms"] and f"{part['ms'][0]}, {part['gpu_ms'][0]} ({part['gpu_ms'][1]})"
             print(f"| {head} | {name} | {part['frames']}, {part['scale']} | {ms or '-'} | {part['complete']}, {part['hits']} | "
+                  f"{part['error'] and '{} ({})'.format(*part['error']) or '-'} | "
                   f"{part['s_to_complete']}, {part['s_to_final']} | {part['pages_read']}, {part['pages_to_final']} | "
                   f"{same} of {len(run['pictures'])} the same |")
             head = " | | "

@@ -69,12 +69,16 @@ class Stream:
                 return kind, payload
 
     def read_frame(self):
-        """The header of the next frame. Other texts are passed by; an error of the server's is one here."""
+        """The header of the next frame."""
+        return self.read_picture()[0]
+
+    def read_picture(self):
+        """Header and bytes of the next frame. Other texts are passed by; an error of the server's is one here."""
         while True:
             kind, payload = self.read()
             if kind != 1:
                 length = struct.unpack("<I", payload[:4])[0]
-                return json.loads(payload[4:4 + length])
+                return json.loads(payload[4:4 + length]), payload[4 + length:]
             message = json.loads(payload)
             if message["type"] == "error":
                 raise ConnectionError(message["problem"]["detail"])

@@ -34,6 +34,7 @@ nlohmann::json statsJson(const RenderStats& stats) {
                          {"kernel", stats.kernel},
                          {"loop_bound_hits", stats.loop_bound_hits},
                          {"non_finite", stats.non_finite}};
+  if (stats.far_level != stats.level) json["far_level"] = stats.far_level;
   if (stats.paged || !stats.isComplete()) json["complete"] = stats.isComplete();
   if (stats.paged) {
     json["wanted_blocks"] = stats.wanted_blocks;

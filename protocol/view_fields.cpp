@@ -47,6 +47,20 @@ void parseStep(ImageRequest& request, Text text) {
   request.view.step = step;
 }
 
+void parseLod(ImageRequest& request, Text text) {
+  const double lod = text == "off" ? kOneLevel : parseNumber("lod", text);
+  if (text != "off" && !(lod >= kMinLod && lod <= kMaxLod)) {
+    failValue("lod", fmt::format("must be from {} to {}, or off", kMinLod, kMaxLod), text);
+  }
+  request.view.lod = lod;
+}
+
+void parseLodAlpha(ImageRequest& request, Text text) {
+  const double lambda = parseNumber("lod-alpha", text);
+  if (lambda < 0 || lambda > 1) failValue("lod-alpha", "must be from 0 to 1", text);
+  request.view.lod_alpha = lambda;
+}
+
 void parseTermination(ImageRequest& request, Text text) {
   const double bound = parseNumber("termination", text);
   if (bound < 0 || bound > 0.5) failValue("termination", "must be from 0 to 0.5", text);
@@ -170,6 +184,11 @@ constexpr std::array kFields = {
               [](ImageRequest& request, Text text) {
                 request.view.level = text == "auto" ? kAutoLevel : parseInteger("level", text, 0, kMaxLevels - 1);
               }},
+    ViewField{"lod", "N|off",
+              "level auto: farther parts of coarser levels, of whose voxels a pixel covers N in a row, 1..64 (2)",
+              parseLod},
+    ViewField{"lod-alpha", "0..1", "the same, mode blend: how much coarser is what lies behind an opacity (0)",
+              parseLodAlpha},
     ViewField{"background", "rrggbb[aa]", "colour behind the volume (000000)",
               [](ImageRequest& request, Text text) { request.view.background = parseColor("background", text); }},
     ViewField{

@@ -75,6 +75,8 @@ void addVolume(QueryWriter& query, const View& view) {
   if (view.clip) query.add("clip", vectorText(view.clip->min) + "," + vectorText(view.clip->max));
   if (!view.planes.empty()) query.add("planes", planesText(view.planes));
   if (view.level != kAutoLevel) query.add("level", std::to_string(view.level));
+  if (view.lod != plain.lod) query.add("lod", view.lod == kOneLevel ? "off" : numberText(view.lod));
+  if (view.lod_alpha != plain.lod_alpha) query.add("lod-alpha", numberText(view.lod_alpha));
   if (view.background != plain.background) query.add("background", colorText(view.background));
 }
 

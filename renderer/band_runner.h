@@ -29,7 +29,7 @@ class BandRunner {
   // Both outlive it.
   BandRunner(Device& device, Kernels& kernels);
 
-  // Device milliseconds. `params` is the address of the frame's gpu::FrameParams, `instances` what the plan's kernel
+  // Device milliseconds. `params` is the address of the frame's gpu::FrameData, `instances` what the plan's kernel
   // queries, if it does.
   double run(const Kernels::Kernel& kernel, const Plan& plan, const Band& band, std::uint64_t params,
              vk::DescriptorSet instances);

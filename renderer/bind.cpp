@@ -2,20 +2,17 @@
 #include "renderer/bind.h"
 
 #include <algorithm>
-#include <span>
 
 #include "renderer/plan/frame_params.h"
+#include "renderer/resident/pages.h"
 #include "renderer/resident/parts.h"
 
 namespace blockwalk {
 namespace {
 
-// Of the level that is drawn, or of the coarser one.
-using Channels = std::span<gpu::DrawnChannel, gpu::kMaxDrawnChannels>;
-
-gpu::DrawnChannel& channelOf(const Need& need, const Plan& plan, Channels channels) {
+gpu::DrawnChannel& channelOf(const Need& need, const Plan& plan, gpu::FrameLevel& level) {
   const auto found = std::ranges::find(plan.channels, static_cast<std::size_t>(need.channel), &ChannelPlan::channel);
-  return channels[static_cast<std::size_t>(found - plan.channels.begin())];
+  return level.channels[static_cast<std::size_t>(found - plan.channels.begin())];
 }
 
 void bindTable(const ResidentTable& table, gpu::DrawnChannel& params) {
@@ -26,65 +23,90 @@ void bindTable(const ResidentTable& table, gpu::DrawnChannel& params) {
   params.table_last = table.last;
 }
 
-void bindRegion(const ResidentRegion& region, const Need& need, BoundFrame& bound) {
-  bound.params.macrocell_states = region.states.address();
-  bound.params.boxes = region.boxes.address();
-  bound.params.macrocell_dims = region.macrocell_dims;
-  bound.params.macrocell_voxels = static_cast<float>(need.macrocell_voxels);
-  bound.build = region.build;
-  bound.instances = *region.top.handle;
+void bindRegion(const ResidentRegion& region, const Need& need, gpu::FrameLevel& level) {
+  level.finder.macrocell_states = region.states.address();
+  level.finder.boxes = region.boxes.address();
+  level.finder.macrocell_dims = region.macrocell_dims;
+  level.finder.macrocell_voxels = static_cast<float>(need.macrocell_voxels);
 }
 
-void bindPart(const Need& need, const Plan& plan, const Pins& pins, Channels channels, BoundFrame& bound) {
-  gpu::FrameParams& params = bound.params;
+void bindPart(const Need& need, const Plan& plan, const Pins& pins, gpu::FrameLevel& level, BoundFrame& bound) {
   switch (need.part) {
     case Part::blocks:
-      channelOf(need, plan, channels).blocks = pins.get<ResidentBlocks>(need).records.address();
+      channelOf(need, plan, level).blocks = pins.get<ResidentBlocks>(need).records.address();
       return;
     case Part::visible_quarters:
-      channelOf(need, plan, channels).quarters = pins.get<ResidentQuarters>(need).quarters.address();
+      channelOf(need, plan, level).quarters = pins.get<ResidentQuarters>(need).quarters.address();
       return;
     case Part::empty:
-      channelOf(need, plan, channels).empty = pins.get<ResidentEmpty>(need).voxels.address();
+      channelOf(need, plan, level).empty = pins.get<ResidentEmpty>(need).voxels.address();
       return;
     case Part::table:
-      return bindTable(pins.get<ResidentTable>(need), channelOf(need, plan, channels));
+      return bindTable(pins.get<ResidentTable>(need), channelOf(need, plan, level));
     case Part::grid: {
       const auto& grid = pins.get<ResidentGrid>(need);
-      params.grid_tiles = grid.tiles.address();
-      params.grid_blocks = grid.blocks.address();
-      params.tile_dims = grid.tile_dims;
+      level.finder.grid_tiles = grid.tiles.address();
+      level.finder.grid_blocks = grid.blocks.address();
+      level.finder.tile_dims = grid.tile_dims;
       return;
     }
     case Part::octree:
-      params.octree = pins.get<ResidentOctree>(need).nodes.address();
-      params.octree_depth = pins.get<ResidentOctree>(need).depth;
+      level.finder.octree = pins.get<ResidentOctree>(need).nodes.address();
+      level.finder.octree_depth = pins.get<ResidentOctree>(need).depth;
       return;
     case Part::instances:
-      bound.instances = *pins.get<ResidentInstances>(need).top.handle;
+      bound.instances.push_back(*pins.get<ResidentInstances>(need).top.handle);
       return;
     case Part::clusters:
-    case Part::boundary:
-      return bindRegion(pins.get<ResidentRegion>(need), need, bound);
-    case Part::ancestors:
-      params.ancestors = pins.get<ResidentAncestors>(need).blocks.address();
+    case Part::boundary: {
+      const auto& region = pins.get<ResidentRegion>(need);
+      bindRegion(region, need, level);
+      if (bound.instances.empty()) bound.build = region.build;
+      bound.instances.push_back(*region.top.handle);
       return;
-    case Part::voxels:  // by the records of blocks
-    case Part::masks:   // what is made of them
+    }
+    case Part::voxels: {  // by the records of blocks
+      PagedVoxels* const pages = need.paged ? pins.get<ResidentVoxels>(need).pages.get() : nullptr;
+      if (pages == nullptr) return;
+      if (level.pages == gpu::kNone) {  // all channels have the same blocks
+        level.pages = bound.wanted_words;
+        bound.wanted_words += wordsOfBits(pages->blockCount());
+      }
+      bound.paged.push_back({.voxels = pages, .first_word = level.pages});
+      return;
+    }
+    case Part::ancestors:
+      level.ancestors = pins.get<ResidentAncestors>(need).blocks.address();
+      return;
+    case Part::masks:  // what is made of them
     case Part::macrocells:
     case Part::sums:
       return;
   }
 }
 
+gpu::FrameLevel& levelOf(const Need& ancestors, const Plan& plan, gpu::FrameData& data) {
+  for (std::size_t i = 0; i < plan.coarse.size(); ++i) {
+    if (plan.coarse[i].level == ancestors.level) return data.coarse[i];
+  }
+  return data.params.level;
+}
+
 }  // namespace
 
 BoundFrame bind(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const Pins& pins) {
-  BoundFrame bound{.params = makeFrameParams(view, info, plan)};
-  const std::span needs(plan.needs);
-  const std::size_t own = needs.size() - plan.coarse_needs;
-  for (const Need& need : needs.first(own)) bindPart(need, plan, pins, bound.params.channels, bound);
-  for (const Need& need : needs.subspan(own)) bindPart(need, plan, pins, bound.params.coarse, bound);
+  BoundFrame bound{.data = makeFrameData(view, info, plan)};
+  gpu::FrameLevel* level = &bound.data.params.level;
+  level->pages = gpu::kNone;
+  std::size_t coarse = 0;
+  for (std::size_t i = 0; i < plan.needs.size(); ++i) {
+    if (coarse < plan.coarse.size() && i == plan.coarse[coarse].first_need) {
+      level = &bound.data.coarse[coarse++];
+      level->pages = gpu::kNone;
+    }
+    const Need& need = plan.needs[i];
+    bindPart(need, plan, pins, need.part == Part::ancestors ? levelOf(need, plan, bound.data) : *level, bound);
+  }
   return bound;
 }
 

@@ -18,13 +18,13 @@ FrameBuffers FrameBufferPool::take(const Sizes& sizes) {
     buffers = std::move(idle_.front());
     idle_.pop_front();
   }
-  growTo(device_, buffers.params, sizeof(gpu::FrameParams), BufferUse::upload);
+  growTo(device_, buffers.params, sizeof(gpu::FrameData), BufferUse::upload);
   growTo(device_, buffers.counters, sizeof(gpu::GpuCounters), BufferUse::readback);
   growTo(device_, buffers.pixels, sizes.pixels * sizeof(std::uint32_t), BufferUse::readback);
   if (sizes.sums) growTo(device_, buffers.sums, sizes.pixels * kSumBytes, BufferUse::resident);
   if (sizes.probes) growTo(device_, buffers.probes, sizes.pixels * sizeof(gpu::GpuProbe), BufferUse::readback);
-  if (sizes.paged_blocks > 0) {
-    growTo(device_, buffers.wanted, (sizes.paged_blocks + 31) / 32 * sizeof(std::uint32_t), BufferUse::readback);
+  if (sizes.wanted_words > 0) {
+    growTo(device_, buffers.wanted, sizes.wanted_words * sizeof(std::uint32_t), BufferUse::readback);
     growTo(device_, buffers.next_samples, sizes.pixels * sizeof(std::uint32_t), BufferUse::resident);
   }
   return buffers;

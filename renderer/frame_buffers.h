@@ -11,12 +11,12 @@
 namespace blockwalk {
 
 struct FrameBuffers {
-  Buffer params;    // gpu::FrameParams
+  Buffer params;    // gpu::FrameData
   Buffer counters;  // gpu::GpuCounters
   Buffer pixels;    // of a band
   Buffer sums;
   Buffer probes;
-  Buffer wanted;        // uint[]: a bit for each block of a paged level that a ray came to
+  Buffer wanted;        // uint[]: a bit for each block of the paged levels that a ray came to
   Buffer next_samples;  // uint[], of a band there: the sample that comes next of each pixel
 };
 
@@ -26,7 +26,7 @@ class FrameBufferPool {
     std::size_t pixels = 0;  // of a band
     bool sums = false;
     bool probes = false;
-    std::uint64_t paged_blocks = 0;  // of the level, where voxels come and go
+    std::uint64_t wanted_words = 0;  // where voxels come and go
   };
 
   explicit FrameBufferPool(Device& device) : device_(device) {}

@@ -186,7 +186,7 @@ std::uint64_t FrameRenderer::reclaim(std::uint64_t bytes) {
   const std::uint64_t idle = before - device_.memory().usedBytes();
   if (idle >= bytes) return idle;
   const std::uint64_t parts = idle + tools_.residency.evict(bytes - idle);
-  return parts >= bytes ? parts : parts + tools_.pages.evict(bytes - parts);
+  return parts >= bytes ? parts : parts + tools_.pages.evict(bytes - parts, {});
 }
 
 void FrameRenderer::forgetVolume(std::uint64_t volume) {

@@ -25,20 +25,20 @@ constexpr double kUnknownRays = 16384;  // where nothing is known of their time
 void PlannedFrame::aim(const Band& part) {
   const auto skipped =
       static_cast<std::uint64_t>(part.row_begin - cutter_->next().row_begin) * static_cast<std::uint64_t>(frame_.width);
-  gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameParams>()[0];
+  gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameData>()[0].params;
   const auto shifted = [&](std::uint64_t address, std::uint64_t bytes) {
     return address == 0 ? 0 : address + skipped * bytes;
   };
-  params.pixels = shifted(bound_.params.pixels, sizeof(std::uint32_t));
-  params.next_samples = shifted(bound_.params.next_samples, sizeof(std::uint32_t));
-  params.probes = shifted(bound_.params.probes, sizeof(gpu::GpuProbe));
+  params.pixels = shifted(bound_.data.params.pixels, sizeof(std::uint32_t));
+  params.next_samples = shifted(bound_.data.params.next_samples, sizeof(std::uint32_t));
+  params.probes = shifted(bound_.data.params.probes, sizeof(gpu::GpuProbe));
   params.sums =
-      kept_ != nullptr ? kept_->sums.address() + sumBytes(part.row_begin) : shifted(bound_.params.sums, kSumBytes);
+      kept_ != nullptr ? kept_->sums.address() + sumBytes(part.row_begin) : shifted(bound_.data.params.sums, kSumBytes);
 }
 
 // Draws and takes down what rays come to.
 double PlannedFrame::runMarking(const Band& part, std::uint32_t fresh_sample, bool accepts) {
-  gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameParams>()[0];
+  gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameData>()[0].params;
   params.fresh_sample = fresh_sample;
   params.accepts = accepts ? 1 : 0;
   moment_ = tools_.pages.nextMoment();
@@ -46,7 +46,7 @@ double PlannedFrame::runMarking(const Band& part, std::uint32_t fresh_sample, bo
   const bool gathers = order_.as_it_is && begun_moment_ != 0;
   if (!gathers) std::ranges::fill(buffers_.wanted.mappedAs<std::uint32_t>(), 0u);
   if (begun_moment_ == 0) begun_moment_ = moment_;
-  const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
+  const vk::DescriptorSet set = bound_.instances.empty() ? nullptr : tools_.kernels.bindInstances(bound_.instances);
   const double ms = tools_.bands.run(kernel_, plan_, part, buffers_.params.address(), set);
   frame_.stats.gpu_ms += ms;
   return ms;
@@ -104,8 +104,8 @@ void PlannedFrame::awaitTurn() {
 }
 
 void PlannedFrame::noteFailure() {
-  for (const PagedVoxels* const voxels : paged_) {
-    if (!voxels->failure().empty()) frame_.stats.page_failure = voxels->failure();
+  for (const PagedPart& part : bound_.paged) {
+    if (!part.voxels->failure().empty()) frame_.stats.page_failure = part.voxels->failure();
   }
 }
 
@@ -113,31 +113,33 @@ void PlannedFrame::noteFailure() {
 // there is no room for all, some stays coarser, and which does not change from frame to frame.
 void PlannedFrame::bringForNext() {
   holdPages(begun_moment_);
-  for (PagedVoxels* const voxels : paged_) bringInSome(*voxels, false);
+  for (const PagedPart& part : bound_.paged) bringInSome(*part.voxels, false);
   holdPages(std::nullopt);
 }
 
-std::span<const std::uint32_t> PlannedFrame::wantedBits(const PagedVoxels& voxels) const {
-  return buffers_.wanted.mappedAs<std::uint32_t>().first((voxels.blockCount() + 31) / 32);
+std::span<const std::uint32_t> PlannedFrame::wantedBits(const PagedPart& part) const {
+  return buffers_.wanted.mappedAs<std::uint32_t>().subspan(part.first_word, wordsOfBits(part.voxels->blockCount()));
 }
 
 // Says of every block that a ray came to that it was used now. What is absent is wanted; false where nothing is that
 // can come.
 bool PlannedFrame::noteWanted(WantedBlocks& blocks) {
   bool lacks = false;
-  for (PagedVoxels* const voxels : paged_) {
-    const std::span<const std::uint32_t> words = wantedBits(*voxels);
+  const PagePool::Sweep sweep =
+      order_.as_it_is ? PagePool::Sweep{} : PagePool::Sweep{.begun = begun_moment_, .ahead = ahead_moment_};
+  for (const PagedPart& part : bound_.paged) {
+    const std::span<const std::uint32_t> words = wantedBits(part);
     for (const std::uint32_t word : words) blocks.wanted += static_cast<std::uint64_t>(std::popcount(word));
-    std::vector<std::uint32_t> absent = voxels->note(words, moment_);
+    std::vector<std::uint32_t> absent = part.voxels->note(words, moment_);
     blocks.absent += absent.size();
-    lacks = voxels->want(asker_, std::move(absent)) || lacks;
+    lacks = part.voxels->want(asker_, std::move(absent), sweep) || lacks;
   }
   return lacks;
 }
 
 // Before a band is drawn that lies farther down than it was looked.
 bool PlannedFrame::looksAhead() const {
-  return !paged_.empty() && !order_.as_it_is && !part_ && sample_begin_ == 0 &&
+  return !bound_.paged.empty() && !order_.as_it_is && !part_ && sample_begin_ == 0 &&
          cutter_->next().row_begin >= rows_ahead_;
 }
 
@@ -163,13 +165,14 @@ void PlannedFrame::lookAhead() {
     most_rows_ahead_ = wholeGroups(rows / 2);
     return;
   }
-  gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameParams>()[0];
+  gpu::FrameParams& params = buffers_.params.mappedAs<gpu::FrameData>()[0].params;
   gpu::GpuCounters& counters = buffers_.counters.mappedAs<gpu::GpuCounters>()[0];
   const gpu::GpuCounters before = counters;
   params.size = {band.column_count, part(frame_.height)};
   aim(cutter_->next());  // nothing is in its sums yet
   runMarking(band, 0, true);
-  params.size = bound_.params.size;
+  ahead_moment_ = moment_;
+  params.size = bound_.data.params.size;
   counters = before;
 
   const bool fits = usedBytes() <= tools_.pages.mostBytes();
@@ -188,8 +191,8 @@ void PlannedFrame::lookAhead() {
 // Of all blocks that a ray came to.
 std::uint64_t PlannedFrame::usedBytes() const {
   std::uint64_t bytes = 0;
-  for (const PagedVoxels* const voxels : paged_) {
-    forEachBit(wantedBits(*voxels), [&](std::uint32_t block) { bytes += voxels->blockBytes(block); });
+  for (const PagedPart& part : bound_.paged) {
+    forEachBit(wantedBits(part), [&](std::uint32_t block) { bytes += part.voxels->blockBytes(block); });
   }
   return bytes;
 }
@@ -213,9 +216,9 @@ void PlannedFrame::holdPages(std::optional<std::uint64_t> moment) {
 // smaller, and where it cannot be, drawn with what is there.
 bool PlannedFrame::bringPages() {
   bool more = false;
-  for (PagedVoxels* const voxels : paged_) {
-    if (!more) more = bringInSome(*voxels, true);
-    is_short_ = voxels->wasShort(asker_) || is_short_;
+  for (const PagedPart& part : bound_.paged) {
+    if (!more) more = bringInSome(*part.voxels, true);
+    is_short_ = part.voxels->wasShort(asker_) || is_short_;
   }
   brings_pages_ = more;
   if (more || !is_short_) return more;

@@ -57,13 +57,13 @@ void PlannedFrame::letGo() noexcept {
   if (std::exchange(is_begun_, false)) tools_.buffers.give(std::exchange(buffers_, {}));
   kept_.reset();
   holdPages(std::nullopt);
-  for (PagedVoxels* const voxels : paged_) voxels->forget(asker_);
-  paged_.clear();
+  for (const PagedPart& part : bound_.paged) part.voxels->forget(asker_);
+  bound_.paged.clear();
   awaits_turn_ = false;
   part_.reset();
   brings_pages_ = is_short_ = false;
   rows_ahead_ = looks_ = 0;
-  begun_moment_ = 0;
+  begun_moment_ = ahead_moment_ = 0;
   waits_for_.reset();
   pins_.clear();
   if (std::exchange(holds_, false)) --tools_.under_way.holding;
@@ -104,6 +104,7 @@ void PlannedFrame::describe() {
   stats.walk = view.walk && skips;
   stats.cull = view.cull && skips;
   stats.level = plan_.level;
+  stats.far_level = plan_.farLevel();
   stats.paged = plan_.isPaged();
   stats.is_coarser = plan_.is_coarser;
   stats.kernel = plan_.is_blank ? "blank" : blockwalk::describe(plan_.key);
@@ -163,7 +164,7 @@ bool PlannedFrame::advanceWork() {
     lookAhead();
     return true;
   }
-  if (paged_.empty()) {
+  if (bound_.paged.empty()) {
     drawOne();
   } else {
     drawPaged();
@@ -202,30 +203,27 @@ void PlannedFrame::begin() {
   }
   takeSums();
   const bool sums = plan_.key.antialias != 0 && kept_ == nullptr;
-  for (const Need& need : plan_.needs) {
-    if (need.part == Part::voxels && need.paged) paged_.push_back(pins_.get<ResidentVoxels>(need).pages.get());
-  }
-  for (PagedVoxels* const voxels : paged_) {
-    if (!order_.as_it_is) voxels->tryAgain();  // views that move would ask for ever
+  bound_ = bind(view, volume_.info(), plan_, pins_);
+  for (const PagedPart& part : bound_.paged) {
+    if (!order_.as_it_is) part.voxels->tryAgain();  // views that move would ask for ever
   }
   buffers_ = tools_.buffers.take({.pixels = std::min(pixels, kMaxBandPixels),
                                   .sums = sums,
                                   .probes = plan_.key.probe != 0,
-                                  .paged_blocks = paged_.empty() ? 0 : paged_.front()->blockCount()});
+                                  .wanted_words = bound_.wanted_words});
   is_begun_ = true;
   kernel_ = tools_.kernels.choose(plan_.key, plan_.kernel);
   if (kernel_.general) frame_.stats.kernel = "general " + frame_.stats.kernel;
-  bound_ = bind(view, volume_.info(), plan_, pins_);
   values_.prepare(frame_);
   if (order_.probe) frame_.probes.resize(pixels);
   bound_.build.rebuilt = made_region_;
-  bound_.params.pixels = buffers_.pixels.address();
-  bound_.params.sums = sums ? buffers_.sums.address() : 0;
-  bound_.params.probes = plan_.key.probe != 0 ? buffers_.probes.address() : 0;
-  bound_.params.counters = buffers_.counters.address();
-  bound_.params.wanted = paged_.empty() ? 0 : buffers_.wanted.address();
-  bound_.params.next_samples = paged_.empty() ? 0 : buffers_.next_samples.address();
-  buffers_.params.mappedAs<gpu::FrameParams>()[0] = bound_.params;
+  bound_.data.params.pixels = buffers_.pixels.address();
+  bound_.data.params.sums = sums ? buffers_.sums.address() : 0;
+  bound_.data.params.probes = plan_.key.probe != 0 ? buffers_.probes.address() : 0;
+  bound_.data.params.counters = buffers_.counters.address();
+  bound_.data.params.wanted = bound_.paged.empty() ? 0 : buffers_.wanted.address();
+  bound_.data.params.next_samples = bound_.paged.empty() ? 0 : buffers_.next_samples.address();
+  buffers_.params.mappedAs<gpu::FrameData>()[0] = bound_.data;
   buffers_.counters.mappedAs<gpu::GpuCounters>()[0] = {};
   if (sample_begin_ > 0) {
     buffers_.counters.mappedAs<gpu::GpuCounters>()[0] = kept_->counters;
@@ -258,9 +256,9 @@ void PlannedFrame::drawOne() {
   const Band band = cutter_->next();
   if (kept_ != nullptr) {
     // The kernel counts pixels from the band's first. No dispatch is under way that reads this.
-    buffers_.params.mappedAs<gpu::FrameParams>()[0].sums = kept_->sums.address() + sumBytes(band.row_begin);
+    buffers_.params.mappedAs<gpu::FrameData>()[0].params.sums = kept_->sums.address() + sumBytes(band.row_begin);
   }
-  const vk::DescriptorSet set = bound_.instances ? tools_.kernels.bindInstances(bound_.instances) : nullptr;
+  const vk::DescriptorSet set = bound_.instances.empty() ? nullptr : tools_.kernels.bindInstances(bound_.instances);
   const double ms = tools_.bands.run(kernel_, plan_, band, buffers_.params.address(), set);
   frame_.stats.gpu_ms += ms;
   if (cutter_->ran(ms)) readBand(band);

@@ -84,7 +84,7 @@ class PlannedFrame {
     std::uint64_t wanted = 0;
     std::uint64_t absent = 0;
   };
-  std::span<const std::uint32_t> wantedBits(const PagedVoxels& voxels) const;
+  std::span<const std::uint32_t> wantedBits(const PagedPart& part) const;
   bool noteWanted(WantedBlocks& blocks);
   std::uint64_t usedBytes() const;
   void awaitTurn();
@@ -125,13 +125,13 @@ class PlannedFrame {
   std::unique_ptr<KeptPicture> kept_;  // sums of the whole picture; null: of a band alone
   std::optional<BandCutter> cutter_;
 
-  // Of voxels that come and go: each drawn channel's.
-  std::vector<PagedVoxels*> paged_;
+  // Of voxels that come and go.
   PagePool::Asker asker_;
   std::optional<BandPart> part_;    // of the band at hand, once it was drawn: some of its pixels lacked something
   double drawn_ms_ = 0;             // of that, when it was drawn first
   std::uint64_t begun_moment_ = 0;  // when rays looked first
   std::uint64_t moment_ = 0;        // and last
+  std::uint64_t ahead_moment_ = 0;  // when it was looked ahead last
   bool brings_pages_ = false;       // what they lacked is on its way
   bool is_short_ = false;           // of room, and cannot be cut smaller
   bool awaits_turn_ = false;        // beside what others hold

@@ -13,18 +13,20 @@ float pixelSide(Ray ray, float t) {
 float edgeCover(Ray ray, float t) {
   vec3 place = ray.start + ray.dir * t;
   float side = kFinder == kFinderOctree ? float(kLeafVoxels) : float(kBlockVoxels);
-  if (kFinder == kFinderBoundary || kFinder == kFinderClusters) side = scene.macrocell_voxels;
+  if (kFinder == kFinderBoundary || kFinder == kFinderClusters) side = scene.finder.macrocell_voxels;
   vec3 planes = (place + scene.anchor) / side;
   vec3 away = abs(planes - floor(planes + 0.5)) * side;
 #ifdef BLOCKWALK_RAY_QUERY
   if (kFinder == kFinderClusters) {
-    vec3 lo = BoxArray(scene.boxes).at[2 * found_cluster] - scene.anchor;
-    vec3 hi = BoxArray(scene.boxes).at[2 * found_cluster + 1] - scene.anchor;
+    vec3 lo = BoxArray(scene.finder.boxes).at[2 * found_cluster] - scene.anchor;
+    vec3 hi = BoxArray(scene.finder.boxes).at[2 * found_cluster + 1] - scene.anchor;
     away = min(abs(place - lo), abs(place - hi));
   }
 #endif
-  away = min(away, abs(place - frame.box_max));  // what reaches over the volume's end is cut there
-  float nearest = min3(away);                    // of the three planes that is the face's own
+  vec3 box_max = frame.box_max;
+  if (kMixed) box_max = (box_max + vec3(frame.level.anchor)) / float(1u << scene.voxel_shift) - scene.anchor;
+  away = min(away, abs(place - box_max));  // what reaches over the volume's end is cut there
+  float nearest = min3(away);              // of the three planes that is the face's own
   if (nearest > 0.01 * side) return 0.0;
   float to_edge = away.x + away.y + away.z - nearest - max3(away);
   float pixel = pixelSide(ray, t);

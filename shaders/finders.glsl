@@ -6,7 +6,7 @@ uint findInTile(Ray ray, uint tile, vec3 corner, float t_begin, float t_end, ino
   const vec3 count = vec3(kGridTileSide);
   Dda blocks = enterDda(ray, corner, float(kBlockVoxels), count, latticeStrides(count), t_begin);
   for (int i = 0; i <= 3 * kGridTileSide; ++i) {
-    uint block = UintArray(scene.grid_blocks).at[tile * 512u + wholeNumber(blocks.index)];
+    uint block = UintArray(scene.finder.grid_blocks).at[tile * 512u + wholeNumber(blocks.index)];
     if (block != kNone && blocks.t_exit > blocks.t && !isPassedOver(block)) return block;
     if (blocks.t_exit >= t_end) return kNone;
     stepDda(ray, float(kBlockVoxels), latticeStrides(count), blocks);
@@ -17,11 +17,11 @@ uint findInTile(Ray ray, uint tile, vec3 corner, float t_begin, float t_end, ino
 
 uint findByGrid(Ray ray, float t, inout Work work) {
   const float tile_voxels = float(kGridTileSide * kBlockVoxels);
-  vec3 count = vec3(scene.tile_dims);
+  vec3 count = vec3(scene.finder.tile_dims);
   Dda tiles = enterDda(ray, -scene.anchor, tile_voxels, count, latticeStrides(count), t);
-  int bound = scene.tile_dims.x + scene.tile_dims.y + scene.tile_dims.z;
+  int bound = scene.finder.tile_dims.x + scene.finder.tile_dims.y + scene.finder.tile_dims.z;
   for (int i = 0; i <= bound; ++i) {
-    uint tile = UintArray(scene.grid_tiles).at[uint(tiles.index)];  // up to 2^24: more than wholeNumber() takes
+    uint tile = UintArray(scene.finder.grid_tiles).at[uint(tiles.index)];  // up to 2^24: more than wholeNumber() takes
     float t_end = min(tiles.t_exit, ray.t_max);
     if (tile != kNone && t_end > tiles.t) {
       vec3 corner = tiles.far - tile_voxels * ray.forward;

@@ -20,10 +20,12 @@ layout(push_constant, scalar) uniform Push {
   uint choices[kChoiceCount];
 };
 #define BLOCKWALK_DERIVED
+#define kDrawsLevels true  // one loop over all of them, of which there may be one
 #define BLOCKWALK_LATE(id, type, member, constant, initial) type constant = type(choices[id]);
 #else
 layout(push_constant, scalar) uniform Push { PushConstants push; };
 #define BLOCKWALK_DERIVED const
+#define kDrawsLevels kMixed
 #define BLOCKWALK_LATE BLOCKWALK_EARLY
 #endif
 BLOCKWALK_CHOICES(BLOCKWALK_EARLY, BLOCKWALK_LATE)
@@ -47,35 +49,35 @@ layout(buffer_reference, scalar, buffer_reference_align = 4) writeonly buffer Pr
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer BitArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer NextArray { uint at[]; };
 layout(buffer_reference, scalar, buffer_reference_align = 4) buffer Counters { GpuCounters sums; };
-layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Frame { FrameParams params; };
+layout(buffer_reference, scalar, buffer_reference_align = 8) readonly buffer Frame { FrameData data; };
 
 #ifdef BLOCKWALK_RAY_QUERY
-layout(set = 0, binding = 0) uniform accelerationStructureEXT instances;
+// Of each level that is drawn.
+layout(set = 0, binding = 0) uniform accelerationStructureEXT all_instances[kMaxFarLevels + 1];
+#define instances all_instances[kDrawsLevels ? scene.level : 0u]
 #endif
 
 // All of the frame, read before the first branch: there lavapipe reads what is the same for all lanes once, behind it once a
 // lane. What a kernel does not use is not read.
 FrameParams frame;
 
-// What the loops need of the frame; where another level stands in for a block (pages.glsl), that level's.
+// What the loops need of the frame and of the level at hand: that which rays walk through, or one that stands in for a
+// block (levels.glsl).
 struct Scene {
   DrawnChannel channels[kMaxDrawnChannels];
-  uint64_t grid_tiles;
-  uint64_t grid_blocks;
-  uint64_t octree;
-  uint64_t macrocell_states;
-  uint64_t boxes;
-  int octree_depth;
-  ivec3 macrocell_dims;
-  float macrocell_voxels;
+  FinderParts finder;
+  uint64_t ancestors;
   vec3 anchor;
-  ivec3 tile_dims;
+  ivec3 block_dims;
+  uint level;        // 0: the finest that is drawn
+  float transmittance_end;
+  uint voxel_shift;  // against the finest level that is drawn
+  uint pages;
   float extinction_scale;
   uint sample_bound;
   vec3 gradient_rows[3];
   float transmittance_bound;
   vec3 light;
-  uint voxel_shift;  // of the level at hand against the one drawn
 };
 
 Scene scene;
@@ -85,24 +87,21 @@ Scene scene;
 #define forEachChannel(c) [[unroll]] for (int c = 0; c < kChannels; ++c)
 
 void loadScene() {
-  frame = Frame(push.frame).params;
-  forEachChannel(c) scene.channels[c] = frame.channels[c];
-  scene.grid_tiles = frame.grid_tiles;
-  scene.grid_blocks = frame.grid_blocks;
-  scene.octree = frame.octree;
-  scene.octree_depth = frame.octree_depth;
-  scene.macrocell_states = frame.macrocell_states;
-  scene.boxes = frame.boxes;
-  scene.macrocell_dims = frame.macrocell_dims;
-  scene.macrocell_voxels = frame.macrocell_voxels;
-  scene.anchor = vec3(frame.anchor);
-  scene.tile_dims = frame.tile_dims;
+  frame = Frame(push.frame).data.params;
+  forEachChannel(c) scene.channels[c] = frame.level.channels[c];
+  scene.finder = frame.level.finder;
+  scene.ancestors = frame.level.ancestors;
+  scene.anchor = vec3(frame.level.anchor);
+  scene.block_dims = frame.level.block_dims;
+  scene.level = 0u;
+  scene.transmittance_end = frame.level.transmittance_end;
+  scene.voxel_shift = 0u;
+  scene.pages = frame.level.pages;
   scene.extinction_scale = frame.extinction_scale;
   scene.sample_bound = frame.sample_bound;
   scene.gradient_rows = frame.gradient_rows;
   scene.transmittance_bound = frame.transmittance_bound;
   scene.light = frame.light;
-  scene.voxel_shift = 0u;
 }
 
 // What one ray has done; visits and steps when kTally is on, summed over the frame when kCount is.

@@ -83,7 +83,8 @@ BLOCKWALK_CONST uint kFinderNone = 6;
   late(17, bool, count, kCount, true) \
   late(18, bool, probe, kProbe, false) \
   late(19, bool, fine_table, kFineTable, false)              /* entries are so close that the nearest will do */ \
-  early(20, bool, paged, kPaged, false)                      /* voxels of some blocks may be absent */
+  early(20, bool, paged, kPaged, false)                      /* voxels of some blocks may be absent */ \
+  late(21, bool, mixed, kMixed, false)                       /* what is far away is drawn of coarser levels */
 // clang-format on
 // One term of a sum. NOLINTNEXTLINE(bugprone-macro-parentheses)
 #define BLOCKWALK_COUNT_CHOICE(id, type, member, constant, initial) +1
@@ -100,7 +101,9 @@ BLOCKWALK_CONST uint kMacrocellActive = 2;  // something in it may be seen
 BLOCKWALK_CONST uint kOctreeStored = 256u;  // in OctreeNode::mask
 BLOCKWALK_CONST int kMaxClipPlanes = 12;    // a clip box's and a view's own
 BLOCKWALK_CONST int kMaxDrawnChannels = 4;
-BLOCKWALK_CONST int kGroupSide = 8;  // pixels; a workgroup is 8x8 of them
+BLOCKWALK_CONST int kMaxFarLevels = 3;                     // of a frame, beside the finest that is drawn
+BLOCKWALK_CONST int kMaxCoarseLevels = kMaxFarLevels + 1;  // and what stands in where voxels are absent
+BLOCKWALK_CONST int kGroupSide = 8;                        // pixels; a workgroup is 8x8 of them
 // Output point: t where there is nothing to show. Bounds of the traversal are of this size where a ray stands still.
 BLOCKWALK_CONST float kHugeT = 1e30f;
 
@@ -163,25 +166,40 @@ struct DrawnChannel {
   uint padding;
 };
 
-struct FrameParams {
-  DrawnChannel channels[kMaxDrawnChannels];
-  // Paged: of the level that stands in where a block is absent, 2^coarse_shift times as coarse, and resident as a
-  // whole.
-  DrawnChannel coarse[kMaxDrawnChannels];
-  uint64_t ancestors;     // uint[]: for each block the one of that level that covers it, or kNone
-  uint64_t wanted;        // uint[]: bit i of word i / 32 is set where a ray comes to block i
-  uint64_t next_samples;  // uint[], the band's: the sample that a pixel is to be drawn with next
-  ivec3 coarse_anchor;
-  uint coarse_shift;
-  vec3 coarse_offset;  // anchor - coarse_anchor x 2^coarse_shift: whole voxels
-  uint fresh_sample;   // drawn of all pixels, whatever is next of them; kNone: no sample is
-  uint accepts;        // not 0: what came to absent blocks counts too
-  uint paged_padding;
+// What finders look in, of a level.
+struct FinderParts {
   uint64_t grid_tiles;        // uint[]: number of the tile's 512 places, or kNone
   uint64_t grid_blocks;       // uint[][512]: block index or kNone
   uint64_t octree;            // OctreeNode[], the root first
   uint64_t macrocell_states;  // uint8_t[] of macrocells, x fastest
   uint64_t boxes;             // vec3[2][]: corners of clusters, index space of the level
+  ivec3 tile_dims;            // tiles of kGridTileSide^3 blocks
+  ivec3 macrocell_dims;       // macrocells of the level's box
+  int octree_depth;           // the root's side is 2^octree_depth leaves
+  float macrocell_voxels;     // their side
+};
+
+// A level that rays walk through, or that stands in where voxels of one are absent.
+struct FrameLevel {
+  DrawnChannel channels[kMaxDrawnChannels];
+  FinderParts finder;
+  uint64_t ancestors;       // uint[]: for each block the one of the level that stands in which covers it, or kNone
+  ivec3 anchor;             // voxel
+  uint shift;               // 2^shift of the finest level's voxels are one of this
+  ivec3 block_dims;         // blocks of the level's box
+  uint pages;               // where its blocks begin in FrameParams::wanted, in words; kNone: all its voxels are there
+  float depth_end;          // from `point` on, before the eye; behind it the next level is drawn
+  float transmittance_end;  // and from where a ray has less left
+};
+
+struct FrameParams {
+  FrameLevel level;       // the finest that is drawn
+  uint far_count;         // of those that are drawn farther away: the first in FrameData::coarse
+  uint stand_in;          // paged: in FrameData::coarse
+  uint64_t wanted;        // uint[]: bit i of word i / 32 is set where a ray comes to block i; level by level
+  uint64_t next_samples;  // uint[], the band's: the sample that a pixel is to be drawn with next
+  uint fresh_sample;      // drawn of all pixels, whatever is next of them; kNone: no sample is
+  uint accepts;           // not 0: what came to absent blocks counts too
   uint64_t
       pixels;     // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost, queries)
   uint64_t sums;  // vec4[], the band's: premultiplied colours of the samples so far, added
@@ -206,9 +224,6 @@ struct FrameParams {
   vec3 box_min;  // the volume's box, relative index space
   vec3 box_max;
   vec4 clip_planes[kMaxClipPlanes];  // inside where dot(xyz, p) + w >= 0, relative index space; unit normals
-  ivec3 anchor;                      // voxel
-  ivec3 block_dims;                  // blocks of the level's box
-  ivec3 tile_dims;                   // tiles of kGridTileSide^3 blocks
   ivec2 size;                        // pixels
   uint clip_plane_count;
 
@@ -221,9 +236,13 @@ struct FrameParams {
       gradient_rows[3];  // world gradient = (dot(row 0, g), dot(row 1, g), dot(row 2, g)) of the index-space gradient g
   float transmittance_bound;  // a ray of which less is left stops
   vec3 light;                 // index-space direction whose world direction is the unit vector to the light
-  int octree_depth;           // the root's side is 2^octree_depth leaves
-  ivec3 macrocell_dims;       // macrocells of the level's box
-  float macrocell_voxels;     // their side
+};
+
+struct FrameData {
+  FrameParams params;
+  // Mixed: those that are drawn farther away, the finest first. Paged: one stands in where the voxels of a block are
+  // absent; its own are all there. Read by their addresses.
+  FrameLevel coarse[kMaxCoarseLevels];
 };
 
 // For shaders/visible_quarters.comp: one channel of a level, and the stored densities that can be seen.
@@ -286,12 +305,14 @@ static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
 static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
 static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
 static_assert(sizeof(OctreeNode) == 8);
-static_assert(sizeof(DrawnChannel) == 72 && offsetof(FrameParams, coarse) == 288);
-static_assert(offsetof(FrameParams, ancestors) == 576 && offsetof(FrameParams, grid_tiles) == 640);
-static_assert(offsetof(FrameParams, point_center) == 712 && offsetof(FrameParams, half_width) == 784);
-static_assert(offsetof(FrameParams, clip_planes) == 820 && offsetof(FrameParams, anchor) == 1012);
-static_assert(offsetof(FrameParams, extinction_scale) == 1060 && offsetof(FrameParams, background) == 1064);
-static_assert(offsetof(FrameParams, gradient_rows) == 1088 && offsetof(FrameParams, light) == 1128);
+static_assert(sizeof(DrawnChannel) == 72);
+static_assert(sizeof(FinderParts) == 72 && sizeof(FrameLevel) == 408 && offsetof(FrameLevel, ancestors) == 360);
+static_assert(offsetof(FrameParams, far_count) == 408 && offsetof(FrameParams, pixels) == 440);
+static_assert(offsetof(FrameParams, point_center) == 472 && offsetof(FrameParams, half_width) == 544);
+static_assert(offsetof(FrameParams, clip_planes) == 580 && offsetof(FrameParams, size) == 772);
+static_assert(offsetof(FrameParams, extinction_scale) == 784 && offsetof(FrameParams, background) == 788);
+static_assert(offsetof(FrameParams, gradient_rows) == 812 && offsetof(FrameParams, light) == 852);
+static_assert(sizeof(FrameParams) == 864 && offsetof(FrameData, coarse) == 864);
 static_assert(sizeof(PushConstants) == 24 && sizeof(VisibleQuartersPush) == 48);
 }  // namespace blockwalk::gpu
 #endif

@@ -38,7 +38,7 @@ Spot spotNear(uint block, vec3 place) {
     if (next == kNone) return spot;
     block = next;
   }
-  if (kPaged && scene.voxel_shift == 0u && wantVoxels(block)) return spot;
+  if (kPaged && scene.pages != kNone && wantVoxels(block)) return spot;
   vec3 in_block = clamp(place - blockCorner(block), vec3(0.0), vec3(block_side));
   vec3 local = min(floor(in_block * (1.0 / float(kSubblockSide))), vec3(kBlockSide - 1));
   uint rank = subblockRank(block, wholeNumber(dot(local, latticeStrides(vec3(kBlockSide)))));

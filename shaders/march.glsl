@@ -6,15 +6,15 @@
 // The place of a block at t: its lowest corner, and the block there or kNone.
 uint blockAtT(Ray ray, float t, out vec3 corner) {
   const float side = float(kBlockVoxels);
-  vec3 count = vec3(frame.block_dims);
+  vec3 count = vec3(scene.block_dims);
   Dda blocks = enterDda(ray, -scene.anchor, side, count, latticeStrides(count), t);
   corner = blocks.far - side * ray.forward;
   ivec3 place = ivec3((corner + scene.anchor) * (1.0 / side) + 0.5);
   ivec3 tile = place / kGridTileSide;
-  uint at = UintArray(scene.grid_tiles).at[tile.x + scene.tile_dims.x * (tile.y + scene.tile_dims.y * tile.z)];
+  uint at = UintArray(scene.finder.grid_tiles).at[tile.x + scene.finder.tile_dims.x * (tile.y + scene.finder.tile_dims.y * tile.z)];
   if (at == kNone) return kNone;
   ivec3 local = place - kGridTileSide * tile;
-  return UintArray(scene.grid_blocks).at[at * 512u + uint(local.x + kGridTileSide * (local.y + kGridTileSide * local.z))];
+  return UintArray(scene.finder.grid_blocks).at[at * 512u + uint(local.x + kGridTileSide * (local.y + kGridTileSide * local.z))];
 }
 
 SubblockVoxels emptySubblock() {

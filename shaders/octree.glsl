@@ -17,9 +17,9 @@ vec3 octreeCorner(vec3 cell, float side) { return cell * side - scene.anchor; }
 
 // Up from a node to the nearest around it, or itself, that the ray has not left at t.
 void ascend(Ray ray, float t, uint path[kMaxOctreeDepth + 1], inout OctreePlace at) {
-  for (int i = 0; i < scene.octree_depth; ++i) {
+  for (int i = 0; i < scene.finder.octree_depth; ++i) {
     bool inside = min3(planeT(ray, octreeCorner(at.cell, at.side) + at.side * ray.forward)) > t;
-    if (inside || at.height == scene.octree_depth) return;
+    if (inside || at.height == scene.finder.octree_depth) return;
     at.height += 1;
     at.side *= 2.0;
     at.cell = floor(at.cell * 0.5);
@@ -32,10 +32,10 @@ void ascend(Ray ray, float t, uint path[kMaxOctreeDepth + 1], inout OctreePlace 
 uint findByOctree(Ray ray, float t, inout vec2 span, inout Work work) {
   uint wanted = kCull && kChannels == 1 ? scene.channels[0].range_mask : kOctreeStored;
   uint path[kMaxOctreeDepth + 1];
-  OctreePlace at = OctreePlace(scene.octree_depth, float(kLeafVoxels << scene.octree_depth), vec3(0.0),
-                               OctreeArray(scene.octree).at[0].first);
+  OctreePlace at = OctreePlace(scene.finder.octree_depth, float(kLeafVoxels << scene.finder.octree_depth), vec3(0.0),
+                               OctreeArray(scene.finder.octree).at[0].first);
   // A ray crosses fewer than 3 x 2^n cubes of 2^-n of the root's side; each is entered once and left once.
-  int bound = 12 << scene.octree_depth;
+  int bound = 12 << scene.finder.octree_depth;
   for (int i = 0; i < bound; ++i) {
     float side = 0.5 * at.side;
     vec3 middle = octreeCorner(at.cell, at.side) + side;
@@ -43,7 +43,7 @@ uint findByOctree(Ray ray, float t, inout vec2 span, inout Work work) {
     vec3 octant = mix(1.0 - past, past, ray.forward);
     vec3 cell = 2.0 * at.cell + octant;
     vec2 interval = cubeInterval(ray, octreeCorner(cell, side), side);
-    OctreeNode node = OctreeArray(scene.octree).at[at.children + uint(dot(octant, vec3(1.0, 2.0, 4.0)))];
+    OctreeNode node = OctreeArray(scene.finder.octree).at[at.children + uint(dot(octant, vec3(1.0, 2.0, 4.0)))];
     bool shows = (node.mask & wanted) != 0u && interval.y > t;
     if (shows && at.height == 1 && !isPassedOver(node.first)) {
       span = vec2(max(interval.x, t), kWalk ? ray.t_max : interval.y);

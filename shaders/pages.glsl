@@ -19,9 +19,10 @@ bool isAccepted(uint at) {
 
 // Says that a ray comes to the block. Whether some drawn channel's voxels are absent.
 bool wantVoxels(uint block) {
+  uint word = scene.pages + (block >> 5);
   uint bit = 1u << (block & 31u);
   // Mostly it is set: to look is cheaper than to set it again.
-  if ((BitArray(frame.wanted).at[block >> 5] & bit) == 0u) atomicOr(BitArray(frame.wanted).at[block >> 5], bit);
+  if ((BitArray(frame.wanted).at[word] & bit) == 0u) atomicOr(BitArray(frame.wanted).at[word], bit);
   bool absent = false;
   forEachChannel(c) absent = absent || channelBlockAt(c, block).voxels == uint64_t(0);
   lacks_voxels = lacks_voxels || absent;
@@ -30,37 +31,28 @@ bool wantVoxels(uint block) {
 
 // What integrates is given the block's own voxels or, where they are absent, the part of the coarser level's block that
 // covers it: in that level's coordinates, between the same planes. So each point of a ray lies in a voxel of one level.
-// Without such a block t_end becomes t_begin.
-void standIn(inout Ray ray, inout uint block, inout vec3 corner, inout float t_begin, inout float t_end) {
-  if (block == kNone || !wantVoxels(block)) return;
-  block = UintArray(frame.ancestors).at[block];
+// Without such a block t_end becomes t_begin. Whether it does.
+bool standIn(inout Ray ray, inout uint block, inout vec3 corner, inout float t_begin, inout float t_end) {
+  if (block == kNone || (kMixed && scene.pages == kNone) || !wantVoxels(block)) return false;
+  block = UintArray(scene.ancestors).at[block];
   if (block == kNone) {
     t_end = t_begin;
-    return;
+    return false;
   }
-  float scale = 1.0 / float(1u << frame.coarse_shift);  // a power of two: exact
-  ray.origin = (ray.origin + frame.coarse_offset) * scale;
-  ray.start = (ray.start + frame.coarse_offset) * scale;
-  ray.dir *= scale;
-  ray.inverse /= scale;
-  forEachChannel(c) scene.channels[c] = frame.coarse[c];
-  scene.anchor = vec3(frame.coarse_anchor);
-  for (int row = 0; row < 3; ++row) scene.gradient_rows[row] *= scale;
-  scene.light *= scale;
-  scene.sample_bound <<= frame.coarse_shift;
-  scene.voxel_shift = frame.coarse_shift;
+  uint shift = Frame(push.frame).data.coarse[frame.stand_in].shift;
+  ivec3 anchor = Frame(push.frame).data.coarse[frame.stand_in].anchor;
+  ray = coarserRay(ray, scene.anchor, anchor, shift - scene.voxel_shift);
+  scene.sample_bound = frame.sample_bound << (shift - scene.voxel_shift);
+  forEachChannel(c) scene.channels[c] = Frame(push.frame).data.coarse[frame.stand_in].channels[c];
+  scene.anchor = vec3(anchor);
+  scene.pages = kNone;
+  setScale(shift);
   corner = blockCorner(block);
   vec2 interval = cubeInterval(ray, corner, float(kBlockVoxels));
   t_begin = max(t_begin, interval.x);
   t_end = min(t_end, interval.y);
+  return true;
 }
 
-// Back to the level that is drawn.
-void standBack() {
-  forEachChannel(c) scene.channels[c] = frame.channels[c];
-  scene.anchor = vec3(frame.anchor);
-  scene.gradient_rows = frame.gradient_rows;
-  scene.light = frame.light;
-  scene.sample_bound = frame.sample_bound;
-  scene.voxel_shift = 0u;
-}
+// Back to the level that rays walk through.
+void standBack() { loadLevel(scene.level); }

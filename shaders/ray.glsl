@@ -12,6 +12,7 @@ struct Ray {
   float t_eye;
   vec3 start;     // as origin, but exactly where the ray is: what filter linear samples from
   float dt;       // filter linear: distance of samples, world units
+  float length_per_depth;  // of the way along it, by that along the view's direction
 };
 
 vec3 planeT(Ray ray, vec3 plane) { return (plane - ray.origin) * ray.inverse; }
@@ -43,6 +44,7 @@ Ray makeRay(ivec2 pixel, vec2 place) {
   ray.origin = frame.point_center + position.x * frame.point_right + position.y * frame.point_up;
   ray.dir = (frame.dir_center + position.x * frame.dir_right + position.y * frame.dir_up) / world_length;
   ray.t_eye = -frame.point_depth * world_length;
+  ray.length_per_depth = world_length;
 
   // A component this small moves the ray by less than 1e-7 of a voxel over 65536 voxels: it is 0.
   bvec3 still = lessThanEqual(abs(ray.dir), vec3(1e-12 * max3(abs(ray.dir))));
@@ -60,7 +62,7 @@ Ray makeRay(ivec2 pixel, vec2 place) {
   ray.t_max = min3(far);
   if (kClip) {
     for (uint i = 0; i < frame.clip_plane_count; ++i) {
-      vec4 plane = Frame(push.frame).params.clip_planes[i];  // by its address: the index is no constant
+      vec4 plane = Frame(push.frame).data.params.clip_planes[i];  // by its address: the index is no constant
       float height = dot(plane.xyz, ray.origin) + plane.w;
       float slope_t = dot(plane.xyz, ray.dir);
       if (slope_t > 0.0) {

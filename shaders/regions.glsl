@@ -30,7 +30,7 @@ int found_cluster = 0;  // the box that nextCluster() found last, for output mes
 vec2 nextCluster(Ray ray, float t, inout Work work) {
   work.queries += 1u;
   DriverRay driver = driverRay(ray);
-  float slack = 0.0625 * scene.macrocell_voxels;
+  float slack = 0.0625 * scene.finder.macrocell_voxels;
   float query_start = max((t - driver.t_start) * driver.scale - slack, 0.0);
   rayQueryEXT query;
   rayQueryInitializeEXT(query, instances, gl_RayFlagsNoneEXT, 0xffu, driver.origin, query_start, driver.dir,
@@ -38,7 +38,7 @@ vec2 nextCluster(Ray ray, float t, inout Work work) {
   vec2 best = vec2(ray.t_max);
   while (rayQueryProceedEXT(query)) {
     int box = rayQueryGetIntersectionPrimitiveIndexEXT(query, false);
-    vec2 interval = boxInterval(ray, BoxArray(scene.boxes).at[2 * box], BoxArray(scene.boxes).at[2 * box + 1]);
+    vec2 interval = boxInterval(ray, BoxArray(scene.finder.boxes).at[2 * box], BoxArray(scene.finder.boxes).at[2 * box + 1]);
     interval.x = max(interval.x, t);
     if (interval.y > interval.x && interval.x < best.x) {
       best = interval;
@@ -57,7 +57,7 @@ float nextFace(Ray ray, float t, bool leads_in, inout Work work) {
   uint facing = leads_in ? gl_RayFlagsCullBackFacingTrianglesEXT : gl_RayFlagsCullFrontFacingTrianglesEXT;
   rayQueryInitializeEXT(query, instances, gl_RayFlagsOpaqueEXT | facing, 0xffu, driver.origin,
                         max((t - driver.t_start) * driver.scale, 0.0), driver.dir,
-                        (ray.t_max - driver.t_start) * driver.scale + scene.macrocell_voxels);
+                        (ray.t_max - driver.t_start) * driver.scale + scene.finder.macrocell_voxels);
   while (rayQueryProceedEXT(query)) {
   }
   if (rayQueryGetIntersectionTypeEXT(query, true) == gl_RayQueryCommittedIntersectionNoneEXT) return kHugeT;
@@ -67,17 +67,17 @@ float nextFace(Ray ray, float t, bool leads_in, inout Work work) {
 // Bytes, read by the word (voxel_words.glsl says why).
 uint macrocellState(Dda macrocells) {
   uint macrocell = uint(macrocells.index);  // up to 2^24: more than wholeNumber() takes
-  return UintArray(scene.macrocell_states).at[macrocell >> 2] >> (8u * (macrocell & 3u)) & 255u;
+  return UintArray(scene.finder.macrocell_states).at[macrocell >> 2] >> (8u * (macrocell & 3u)) & 255u;
 }
 
 Dda enterMacrocells(Ray ray, float t) {
-  vec3 count = vec3(scene.macrocell_dims);
-  return enterDda(ray, -scene.anchor, scene.macrocell_voxels, count, latticeStrides(count), t);
+  vec3 count = vec3(scene.finder.macrocell_dims);
+  return enterDda(ray, -scene.anchor, scene.finder.macrocell_voxels, count, latticeStrides(count), t);
 }
 
 // Where the ray enters the macrocell at hand, whatever t it was found by.
 float entryOf(Ray ray, Dda macrocells) {
-  return max3(planeT(ray, macrocells.far - scene.macrocell_voxels * (2.0 * ray.forward - 1.0)));
+  return max3(planeT(ray, macrocells.far - scene.finder.macrocell_voxels * (2.0 * ray.forward - 1.0)));
 }
 
 // Where the active macrocells end that follow the one at hand (Wald et al. 2021, 4.3). The faces bound all that lies
@@ -97,7 +97,7 @@ vec2 nextActive(Ray ray, float t, inout Work work) {
   const vec2 nothing = vec2(ray.t_max);
   Dda macrocells = enterMacrocells(ray, t);
   // Every macrocell is entered once at most, and again by one jump to it.
-  int bound = 2 * (scene.macrocell_dims.x + scene.macrocell_dims.y + scene.macrocell_dims.z) + 8;
+  int bound = 2 * (scene.finder.macrocell_dims.x + scene.finder.macrocell_dims.y + scene.finder.macrocell_dims.z) + 8;
   for (int i = 0; i < bound; ++i) {
     uint state = macrocellState(macrocells);
     if (state == kMacrocellActive && macrocells.t_exit > macrocells.t) return vec2(macrocells.t, exitOf(ray, macrocells, work));
@@ -109,7 +109,7 @@ vec2 nextActive(Ray ray, float t, inout Work work) {
       macrocells = enterMacrocells(ray, t_in);
       macrocells.t = max(before, entryOf(ray, macrocells));
     } else {
-      stepDda(ray, scene.macrocell_voxels, latticeStrides(vec3(scene.macrocell_dims)), macrocells);
+      stepDda(ray, scene.finder.macrocell_voxels, latticeStrides(vec3(scene.finder.macrocell_dims)), macrocells);
     }
   }
   work.loop_bound_hits += 1u;
@@ -118,7 +118,7 @@ vec2 nextActive(Ray ray, float t, inout Work work) {
 
 // The next block that the grid has where the ray crosses what is active: from t on, or from the next such part.
 uint findInRegion(Ray ray, float t, inout vec2 span, inout Work work) {
-  int bound = scene.macrocell_dims.x + scene.macrocell_dims.y + scene.macrocell_dims.z + 4;
+  int bound = scene.finder.macrocell_dims.x + scene.finder.macrocell_dims.y + scene.finder.macrocell_dims.z + 4;
   for (int i = 0; i < bound; ++i) {
     if (t >= span.y) {
       span = kFinder == kFinderClusters ? nextCluster(ray, t, work) : nextActive(ray, t, work);

@@ -6,6 +6,7 @@
 #include "voxel_words.glsl"
 #include "ray.glsl"
 #include "blocks.glsl"
+#include "levels.glsl"
 #include "pages.glsl"
 #include "octree.glsl"
 #include "finders.glsl"
@@ -22,15 +23,21 @@
 
 layout(local_size_x = 64) in;
 
-// Steps of traverse(): blocks, among them those that a walk passes through at an edge, and ends of spans.
-int traversalBound() {
-  int blocks = frame.block_dims.x + frame.block_dims.y + frame.block_dims.z;
-  int bound = (kFinder == kFinderOctree ? 2 + kBlockSide : 2) * blocks + 8;
-  if (kFinder == kFinderOctree || !kFindsIntervals) return bound;
-  return bound + scene.macrocell_dims.x + scene.macrocell_dims.y + scene.macrocell_dims.z;
+// Where what was integrated of a block ends, which the ray leaves at t_exit: its last interval may reach beyond that.
+float endOfBlock(Ray ray, float t_exit) {
+  return kFilter == kFilterLinear && kClassification == kClassificationPost ? latticeInterval(ray, firstInterval(ray, t_exit)).x : t_exit;
 }
 
-uint traverse(Ray ray, inout Ink ink, inout Work work) {
+// Steps of traverse(): blocks, among them those that a walk passes through at an edge, and ends of spans.
+int traversalBound() {
+  int blocks = scene.block_dims.x + scene.block_dims.y + scene.block_dims.z;
+  int bound = (kFinder == kFinderOctree ? 2 + kBlockSide : 2) * blocks + 8;
+  if (kFinder == kFinderOctree || !kFindsIntervals) return bound;
+  return bound + scene.finder.macrocell_dims.x + scene.finder.macrocell_dims.y + scene.finder.macrocell_dims.z;
+}
+
+// Along the part of a ray that is drawn of one level (levels.glsl), which may end sooner.
+uint traverse(inout Ray ray, inout Ink ink, inout Work work) {
   uint crossed = 0u;
   uint block = kNone;
   float t = ray.t_min;
@@ -61,13 +68,14 @@ uint traverse(Ray ray, inout Ink ink, inout Work work) {
       if (kPaged) {  // every kernel knows whether it is: of the two calls it has one
         Ray local = ray;
         uint holder = block;
-        standIn(local, holder, corner, t_begin, t_end);
+        bool stands_in = standIn(local, holder, corner, t_begin, t_end);
         if (t_end > t_begin) integrateBlock(local, holder, corner, t_begin, t_end, ink, work);
-        standBack();
+        if (!kMixed || stands_in) standBack();  // of one level it costs less than the branch
       } else {
         integrateBlock(ray, block, corner, t_begin, t_end, ink, work);
       }
       if (ink.done) return crossed;
+      if (kDrawsLevels && ink.transmittance < scene.transmittance_end) ray.t_max = min(ray.t_max, endOfBlock(ray, interval.y));
     }
     bool goes_on = !kFindsIntervals || interval.y < span.y;
     t = max(t, goes_on ? interval.y : span.y);
@@ -150,7 +158,18 @@ void main() {
   Ray ray = makeRay(pixel, kAntialias ? samplePlace(pixel, push.sample_index) : vec2(0.5));
   Ink ink = freshInk();
   Work work = Work(0u, 0u, 0u, 0u, 0u);
-  uint crossed = traverse(ray, ink, work);
+  uint crossed = 0u;
+  if (kDrawsLevels) {  // of the two calls every kernel has one
+    float t_begin = ray.t_min;
+    for (uint level = 0u; level <= frame.far_count && !ink.done; ++level) {
+      Ray part = partOfLevel(ray, level, t_begin);
+      enterLevel(level, part);
+      crossed = traverse(part, ink, work);  // blocks are counted of one level
+      t_begin = part.t_max;
+    }
+  } else {
+    crossed = traverse(ray, ink, work);
+  }
   if (kGathersDensities) mixDensities(ink);
   if (kMode == kModeBlocks && crossed > 0u) {
     ink.color = heat(crossed);

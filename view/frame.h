@@ -38,7 +38,8 @@ struct RenderStats {
   std::string finder;
   bool walk = true;
   bool cull = true;
-  int level = 0;
+  int level = 0;       // the finest that was drawn
+  int far_level = 0;   // the coarsest: of blocks far away
   std::string kernel;  // the kernel key, readable
   std::uint64_t loop_bound_hits = 0;
   std::uint64_t non_finite = 0;

@@ -59,6 +59,12 @@ void checkNumbers(const View& view) {
   if (!(view.step >= kMinStep && view.step <= kMaxStep)) {
     throw ViewError("step", fmt::format("{} is not within {}..{} voxels", view.step, kMinStep, kMaxStep));
   }
+  if (view.lod != kOneLevel && !(view.lod >= kMinLod && view.lod <= kMaxLod)) {
+    throw ViewError("lod", fmt::format("{} is not within {}..{}, nor off", view.lod, kMinLod, kMaxLod));
+  }
+  if (!(view.lod_alpha >= 0 && view.lod_alpha <= 1)) {
+    throw ViewError("lod-alpha", fmt::format("{} is not within 0..1", view.lod_alpha));
+  }
 }
 
 void checkMacrocell(const View& view) {

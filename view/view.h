@@ -39,6 +39,9 @@ enum class Finder : std::uint8_t { automatic, query, grid, clusters, boundary, o
 
 constexpr int kMaxImageSide = 8192;
 constexpr int kAutoLevel = -1;
+constexpr double kOneLevel = 0;  // View::lod: of all of a frame
+constexpr double kMinLod = 1;
+constexpr double kMaxLod = 64;
 // Below this a volume that is framed lies so far away that its coordinates lose their digits, and at last overflow.
 constexpr double kMinFov = 1e-9;  // degrees
 // How far from the volume an eye may be, and how high an orthographic picture: there doubles tell a hundred thousandth
@@ -103,6 +106,12 @@ struct ViewChoices {
   std::optional<ClipBox> clip;    // none: nothing is clipped
   std::vector<ClipPlane> planes;  // at most kMaxPlanes, beside the clip box
   int level = kAutoLevel;
+  // Where the level is left to choose: what is farther away is drawn of coarser levels, of whose voxels a pixel is to
+  // cover so many in a row.
+  double lod = 2;
+  // Reese's lambda, mode blend: how much coarser is what lies behind an opacity, 0: not at all, 1: behind one of 1 the
+  // coarsest.
+  double lod_alpha = 0;
   std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity
   Finder finder = Finder::automatic;
   int macrocell = kAutoMacrocell;  // voxels: 8, 16 or 32; finders clusters and boundary

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "renderer/plan/density_scale.h"
 
@@ -28,7 +29,7 @@ void setRays(const Camera& camera, const VolumeInfo& info, const glm::dmat4& lev
   const glm::dvec3 point = glm::dvec3(level_from_world * glm::dvec4(camera.eye + depth * camera.forward, 1));
   const glm::dvec3 dims = glm::ceil(glm::dvec3(params.box_max));
   const glm::dvec3 anchor = glm::clamp(glm::floor(point), glm::dvec3(0), dims);
-  params.anchor = glm::ivec3(anchor);
+  params.level.anchor = glm::ivec3(anchor);
   params.point_center = glm::vec3(point - anchor);
   const double spread = camera.orthographic ? 1 : depth;
   params.point_right = glm::vec3(linear * (spread * camera.half_width * camera.right));
@@ -41,8 +42,8 @@ void setRays(const Camera& camera, const VolumeInfo& info, const glm::dmat4& lev
     params.half_height = static_cast<float>(camera.half_height);
   }
   params.point_depth = static_cast<float>(depth);
-  params.box_min -= glm::vec3(params.anchor);
-  params.box_max -= glm::vec3(params.anchor);
+  params.box_min -= glm::vec3(params.level.anchor);
+  params.box_max -= glm::vec3(params.level.anchor);
 }
 
 // Plane n.p + w >= 0 in world becomes (n^T A) . q + n.(A anchor + b) + w >= 0 for p = A (q + anchor) + b.
@@ -52,7 +53,7 @@ void setClipPlanes(const std::vector<ClipPlane>& planes, const glm::dmat4& level
   constexpr double kFarPlane = 1e12;  // voxels; a volume's corners are nearer than 1e6 to the anchor
   const glm::dmat4 world_from_level = glm::inverse(level_from_world);
   const glm::dmat3 linear(world_from_level);
-  const glm::dvec3 anchor_world = glm::dvec3(world_from_level * glm::dvec4(glm::dvec3(params.anchor), 1));
+  const glm::dvec3 anchor_world = glm::dvec3(world_from_level * glm::dvec4(glm::dvec3(params.level.anchor), 1));
   for (const ClipPlane& plane : planes) {
     const glm::dvec3 normal = plane.normal * linear;
     const double scale = 1 / glm::length(normal);
@@ -74,19 +75,43 @@ void setChannels(const VolumeInfo& info, const Plan& plan, gpu::FrameParams& par
   for (std::size_t i = 0; i < plan.channels.size(); ++i) {
     const ChannelPlan& drawn = plan.channels[i];
     const StoredRange range = onDevice(drawn.range, info, drawn.channel);
-    params.channels[i].density_lo = range.lo;
-    params.channels[i].density_hi = range.hi;
-    params.channels[i].range_mask = drawn.range_mask;
-    if (plan.key.lit != 0) params.channels[i].light_strength = lightStrength(info, drawn.channel);
+    params.level.channels[i].density_lo = range.lo;
+    params.level.channels[i].density_hi = range.hi;
+    params.level.channels[i].range_mask = drawn.range_mask;
+    if (plan.key.lit != 0) params.level.channels[i].light_strength = lightStrength(info, drawn.channel);
   }
 }
 
-// Of the level that stands in: what the parts that are bound do not say.
-void setCoarse(int shift, gpu::FrameParams& params) {
-  std::ranges::copy(params.channels, params.coarse);
-  params.coarse_shift = static_cast<gpu::uint>(shift);
-  params.coarse_anchor = params.anchor >> shift;
-  params.coarse_offset = glm::vec3(params.anchor - (params.coarse_anchor << shift));
+glm::ivec3 blockDims(const VolumeInfo& info, int level) {
+  return latticeDims(info.levels[static_cast<std::size_t>(level)].dims, info.blockVoxels());
+}
+
+// Of coarser levels: what the parts that are bound do not say.
+void setCoarse(const VolumeInfo& info, const Plan& plan, gpu::FrameData& data) {
+  gpu::FrameParams& params = data.params;
+  BLOCKWALK_CHECK(plan.farCount(), <=, std::size_t{gpu::kMaxFarLevels});
+  params.far_count = static_cast<gpu::uint>(plan.farCount());
+  params.stand_in = static_cast<gpu::uint>(plan.stand_in.value_or(0));
+  // The kernel's depths begin at `point`.
+  const auto depth = [&](std::size_t far) {
+    return far < plan.farCount() ? static_cast<float>(plan.coarse[far].depth - static_cast<double>(params.point_depth))
+                                 : std::numeric_limits<float>::infinity();
+  };
+  const auto transmittance = [&](std::size_t far) {
+    return far < plan.farCount() ? static_cast<float>(plan.coarse[far].transmittance) : 0.0f;
+  };
+  params.level.depth_end = depth(0);
+  params.level.transmittance_end = transmittance(0);
+  for (std::size_t i = 0; i < plan.coarse.size(); ++i) {
+    gpu::FrameLevel& coarse = data.coarse[i];
+    const int shift = plan.coarse[i].level - plan.level;
+    std::ranges::copy(params.level.channels, coarse.channels);
+    coarse.shift = static_cast<gpu::uint>(shift);
+    coarse.anchor = params.level.anchor >> shift;
+    coarse.block_dims = blockDims(info, plan.coarse[i].level);
+    coarse.depth_end = depth(i + 1);
+    coarse.transmittance_end = transmittance(i + 1);
+  }
 }
 
 // f(A w) has the gradient A^T grad f in world space.
@@ -106,8 +131,9 @@ double anchorDepth(const Camera& camera, const WorldBox& box) {
   return depth > radius ? depth : 0;
 }
 
-gpu::FrameParams makeFrameParams(const ResolvedView& view, const VolumeInfo& info, const Plan& plan) {
-  gpu::FrameParams params{};
+gpu::FrameData makeFrameData(const ResolvedView& view, const VolumeInfo& info, const Plan& plan) {
+  gpu::FrameData data{};
+  gpu::FrameParams& params = data.params;
   const glm::dmat4 level_from_world = levelFromWorld(info, plan.level);
   params.box_max = glm::vec3(glm::dvec3(info.dims) * std::ldexp(1.0, -plan.level));
   const Camera& camera = view.camera;
@@ -116,10 +142,10 @@ gpu::FrameParams makeFrameParams(const ResolvedView& view, const VolumeInfo& inf
   params.step_voxels = static_cast<float>(view.step);
   params.sample_bound = static_cast<gpu::uint>(std::ceil(std::sqrt(3.0) * info.subblock_side / view.step)) + 4;
   setClipPlanes(plan.planes, level_from_world, params);
-  params.block_dims = latticeDims(info.levels[static_cast<std::size_t>(plan.level)].dims, info.blockVoxels());
+  params.level.block_dims = blockDims(info, plan.level);
   params.size = {view.width, view.height};
   setChannels(info, plan, params);
-  if (plan.isPaged()) setCoarse(*plan.coarse_level - plan.level, params);
+  setCoarse(info, plan, data);
   // Beyond the cap whatever has a length is opaque, and a product with a density of 255 stays finite.
   params.transmittance_bound = static_cast<float>(view.termination);
   params.extinction_scale = static_cast<float>(std::min(view.extinction / (255.0 * unitDistance(info)), 1e35));
@@ -127,7 +153,7 @@ gpu::FrameParams makeFrameParams(const ResolvedView& view, const VolumeInfo& inf
   for (int i = 0; i < 3; ++i)
     params.background[i] = static_cast<float>(view.background[static_cast<std::size_t>(i)]) / 255.0f * opacity;
   params.background[3] = opacity;
-  return params;
+  return data;
 }
 
 }  // namespace blockwalk

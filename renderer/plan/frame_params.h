@@ -8,7 +8,7 @@
 namespace blockwalk {
 
 // Everything but the device addresses, the grid's dims and the tables.
-gpu::FrameParams makeFrameParams(const ResolvedView& view, const VolumeInfo& info, const Plan& plan);
+gpu::FrameData makeFrameData(const ResolvedView& view, const VolumeInfo& info, const Plan& plan);
 
 // How far before the eye t is 0: at the volume when the eye is outside its bounding sphere, so that rays differ in
 // small numbers there; at the eye when it is near or inside.

@@ -61,6 +61,7 @@ std::string describe(const KernelKey& key) {
   add(key.probe, "probe");
   add(key.fine_table, "fine-table");
   add(key.paged, "paged");
+  add(key.mixed, "mixed");
   return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
 }
 

@@ -18,20 +18,30 @@ std::uint64_t deviceBytes(const VolumeInfo& info, const Plan& plan, int level, F
 }  // namespace
 
 std::uint64_t voxelBytes(const VolumeInfo& info, const Plan& plan) {
-  return deviceBytes(info, plan, plan.level, plan.form);
+  std::uint64_t bytes = deviceBytes(info, plan, plan.level, plan.form);
+  for (const CoarsePlan& far : plan.coarse) {
+    if (far.is_walked) bytes += deviceBytes(info, plan, far.level, far.form);
+  }
+  return bytes;
 }
 
 void choosePaging(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& device, Plan& plan) {
   const auto last = static_cast<int>(info.levels.size()) - 1;
   if (device.page_above_bytes == 0 || plan.level == last) return;
   if (voxelBytes(info, plan) <= device.page_above_bytes) return;
-  int level = plan.level + 1;
+  CoarsePlan whole{.level = plan.level + 1};
   const auto form = [&] {
-    return view.mode == Mode::mip && info.has(level, Form::maxima) ? Form::maxima : Form::values;
+    return view.mode == Mode::mip && info.has(whole.level, Form::maxima) ? Form::maxima : Form::values;
   };
-  while (level < last && deviceBytes(info, plan, level, form()) > device.page_room_bytes / kCoarseShare) ++level;
-  plan.coarse_level = level;
-  plan.coarse_form = form();
+  while (whole.level < last && deviceBytes(info, plan, whole.level, form()) > device.page_room_bytes / kCoarseShare) {
+    ++whole.level;
+  }
+  whole.form = form();
+  std::size_t stand_in = 0;
+  while (stand_in < plan.coarse.size() && plan.coarse[stand_in].level != whole.level) ++stand_in;
+  if (stand_in == plan.coarse.size()) plan.coarse.push_back(whole);
+  for (CoarsePlan& far : plan.coarse) far.paged = far.level < whole.level;
+  plan.stand_in = stand_in;
   plan.key.paged = 1;
 }
 

@@ -273,39 +273,31 @@ void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Pla
   }
 }
 
-// The active macrocells, and what they are found with.
-void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, std::vector<Need>& needs) {
-  Need region{.part = plan.key.finder == gpu::kFinderClusters ? Part::clusters : Part::boundary,
-              .level = plan.level,
-              .form = plan.form,
-              .paged = plan.isPaged(),
-              .apron = plan.apron,
-              .macrocell_voxels = plan.macrocell_voxels};
+// The active macrocells of a level, and what they are found with.
+void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const Need& of_level,
+                    std::vector<Need>& needs) {
+  Need region = of_level;
+  region.part = plan.key.finder == gpu::kFinderClusters ? Part::clusters : Part::boundary;
+  region.macrocell_voxels = plan.macrocell_voxels;
   for (const ChannelPlan& drawn : plan.channels) {
     const auto channel = static_cast<int>(drawn.channel);
     const float scale = isScalar(info) && view.mode != Mode::blocks
-                            ? tableSpan(tableRecipe(view, info, plan.level, drawn), info, drawn.channel).scale
+                            ? tableSpan(tableRecipe(view, info, of_level.level, drawn), info, drawn.channel).scale
                             : 1;
     region.region.push_back(
         {.channel = channel, .range_mask = drawn.range_mask, .densities = visibleDensities(view, info, drawn, scale)});
-    needs.push_back({.part = Part::macrocells,
-                     .level = plan.level,
-                     .form = plan.form,
-                     .paged = plan.isPaged(),
-                     .apron = plan.apron,
-                     .channel = channel,
-                     .macrocell_voxels = plan.macrocell_voxels});
+    Need& macrocells = needs.emplace_back(of_level);
+    macrocells.part = Part::macrocells;
+    macrocells.channel = channel;
+    macrocells.macrocell_voxels = plan.macrocell_voxels;
   }
   needs.push_back(std::move(region));
 }
 
-void setNeeds(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
-  std::vector<Need>& needs = plan.needs;
-  for (const ChannelPlan& drawn : plan.channels) {
-    addChannelNeeds(view, info, plan, drawn, plan.level, plan.form, plan.isPaged(), needs);
-  }
+// Of a level that rays walk through: what finders look in.
+void addFinderNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const Need& of_level,
+                    std::vector<Need>& needs) {
   const auto finder = static_cast<Finder>(plan.key.finder);
-  const Need of_level{.level = plan.level, .form = plan.form, .paged = plan.isPaged(), .apron = plan.apron};
   const auto add = [&](Part part) -> Need& {
     needs.push_back(of_level);
     needs.back().part = part;
@@ -314,16 +306,40 @@ void setNeeds(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
   if (finder == Finder::grid || finder == Finder::none || plan.macrocell_voxels > 0) add(Part::grid);
   if (finder == Finder::octree) add(Part::octree).of_blocks = view.mode == Mode::blocks;
   if (finder == Finder::query) add(Part::instances);
-  if (plan.macrocell_voxels > 0) addRegionNeeds(view, info, plan, needs);
-  if (!plan.isPaged()) return;
-  const std::size_t own = needs.size();
-  for (const ChannelPlan& drawn : plan.channels) {
-    addChannelNeeds(view, info, plan, drawn, *plan.coarse_level, plan.coarse_form, false, needs);
+  if (plan.macrocell_voxels > 0) addRegionNeeds(view, info, plan, of_level, needs);
+}
+
+// Of a paged level: which block of the level that stands in covers each of its own.
+void addAncestors(const CoarsePlan& stand_in, const Need& of_level, std::vector<Need>& needs) {
+  Need& ancestors = needs.emplace_back(of_level);
+  ancestors.part = Part::ancestors;
+  ancestors.coarse_level = stand_in.level;
+  ancestors.coarse_form = stand_in.form;
+}
+
+void setNeeds(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
+  std::vector<Need>& needs = plan.needs;
+  const auto add = [&](const Need& of_level, bool is_walked) {
+    for (const ChannelPlan& drawn : plan.channels) {
+      addChannelNeeds(view, info, plan, drawn, of_level.level, of_level.form, of_level.paged, needs);
+    }
+    if (is_walked) addFinderNeeds(view, info, plan, of_level, needs);
+  };
+  const Need own{.level = plan.level, .form = plan.form, .paged = plan.isPaged(), .apron = plan.apron};
+  const auto ofLevel = [&](const CoarsePlan& coarse) {
+    return Need{.level = coarse.level, .form = coarse.form, .paged = coarse.paged, .apron = plan.apron};
+  };
+  add(own, true);
+  for (std::size_t i = 0; i < plan.coarse.size(); ++i) {
+    plan.coarse[i].first_need = needs.size();
+    add(ofLevel(plan.coarse[i]), i < plan.farCount());
   }
-  Need& ancestors = add(Part::ancestors);
-  ancestors.coarse_level = *plan.coarse_level;
-  ancestors.coarse_form = plan.coarse_form;
-  plan.coarse_needs = needs.size() - own;
+  if (!plan.isPaged()) return;
+  const CoarsePlan& stand_in = plan.coarse[*plan.stand_in];
+  addAncestors(stand_in, own, needs);
+  for (const CoarsePlan& coarse : plan.coarse) {
+    if (coarse.paged) addAncestors(stand_in, ofLevel(coarse), needs);
+  }
 }
 
 }  // namespace
@@ -365,6 +381,14 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   plan.is_coarser = plan.level > drawnLevel(view, info, 0);
   plan.channels = planChannels(view, info);
   if (view.mode == Mode::mip && info.has(plan.level, Form::maxima)) plan.form = Form::maxima;
+  for (const FarLevel& far : farLevels(view, info, plan.level)) {
+    plan.coarse.push_back({.level = far.level,
+                           .form = far.form,
+                           .is_walked = true,
+                           .depth = far.depth,
+                           .transmittance = far.transmittance});
+  }
+  plan.key.mixed = plan.coarse.empty() ? 0 : 1;
   plan.is_blank = plan.channels.empty() || info.level(plan.level, plan.form).block_count == 0;
   plan.planes = cuttingPlanes(view, info);
   const Finder finder = chooseFinder(view, info, plan, device);
@@ -388,6 +412,10 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
 
 bool canUse(Finder finder, const VolumeInfo& info, int level) {
   return finder == Finder::query || finder == Finder::octree || tileCount(info, level) <= kMaxCells;
+}
+
+std::size_t Plan::farCount() const {
+  return static_cast<std::size_t>(std::ranges::count(coarse, true, &CoarsePlan::is_walked));
 }
 
 bool Plan::asksFor(Part part) const { return std::ranges::find(needs, part, &Need::part) != needs.end(); }

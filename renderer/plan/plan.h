@@ -37,6 +37,17 @@ struct ChannelPlan {
   std::uint8_t range_mask = 0;  // bins that the range meets
 };
 
+// A coarser level, of which is drawn what is far away, or blocks whose voxels are absent.
+struct CoarsePlan {
+  int level = 0;
+  Form form = Form::values;
+  bool paged = false;
+  bool is_walked = false;      // by rays; else it is there for absent voxels alone
+  double depth = kInfinity;    // before the eye, from which on it is
+  double transmittance = 0;    // of which a ray has less left, from where it is
+  std::size_t first_need = 0;  // in Plan::needs, up to those of the next one
+};
+
 struct Plan {
   KernelKey key;
   int level = 0;
@@ -46,15 +57,20 @@ struct Plan {
   std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something
   std::vector<ClipPlane> planes;      // world
   bool apron = false;                 // voxels with the apron around every subblock
-  // Paged: the level that is resident as a whole, and drawn where blocks of the plan's own are absent.
-  std::optional<int> coarse_level = {};
-  Form coarse_form = Form::values;
-  std::vector<Need> needs;       // what one is made of comes before it
-  std::size_t coarse_needs = 0;  // of these, the last: what is drawn of the coarser level
+  // Those that are drawn farther away come first, the finest of them first.
+  std::vector<CoarsePlan> coarse;
+  // Paged: which of them is resident as a whole, and drawn where voxels of others, or of the plan's own, are absent.
+  std::optional<std::size_t> stand_in = {};
+  // What one is made of comes before it: of the plan's own level first, then of each coarser one, and at last what
+  // stands in for the blocks of paged ones.
+  std::vector<Need> needs;
   KernelWish kernel = KernelWish::best;
   bool is_blank = false;  // nothing can be seen: no kernel at all, only background
 
-  bool isPaged() const { return coarse_level.has_value(); }
+  bool isPaged() const { return stand_in.has_value(); }
+  bool isMixed() const { return key.mixed != 0; }
+  std::size_t farCount() const;
+  int farLevel() const { return farCount() == 0 ? level : coarse[farCount() - 1].level; }
   bool asksFor(Part part) const;
   bool asksForRegion() const { return asksFor(Part::clusters) || asksFor(Part::boundary); }
   bool queriesRays() const { return asksFor(Part::instances) || asksForRegion(); }

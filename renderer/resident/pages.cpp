@@ -22,18 +22,32 @@ constexpr int kMostReaders = 4;
 
 }  // namespace
 
-bool PagePool::makeRoom(std::uint64_t bytes) {
-  if (bytes_ + bytes > most_bytes_) evict(bytes_ + bytes - most_bytes_);
+bool PagePool::makeRoom(std::uint64_t bytes, const Sweep& sweep) {
+  if (bytes_ + bytes > most_bytes_) evict(bytes_ + bytes - most_bytes_, sweep);
   return bytes_ + bytes <= most_bytes_;
 }
 
-std::uint64_t PagePool::evict(std::uint64_t bytes) {
+std::uint64_t PagePool::evict(std::uint64_t bytes, const Sweep& sweep) {
   const std::uint64_t before = bytes_;
   const std::uint64_t keep_from = held_.empty() ? moment_ + 1 : *held_.begin();
   while (before - bytes_ < bytes && !pages_.empty() && pages_.back().used < keep_from) {
-    pages_.back().owner->drop(std::prev(pages_.end()));
+    Pages::iterator page = firstToGo(keep_from, sweep);
+    // Those that follow it were used no later: of a sweep they go in this order.
+    do {
+      const Pages::iterator next = std::next(page);
+      page->owner->drop(page);
+      page = next;
+    } while (before - bytes_ < bytes && page != pages_.end() && page->used >= sweep.begun);
   }
   return before - bytes_;
+}
+
+PagePool::Pages::iterator PagePool::firstToGo(std::uint64_t keep_from, const Sweep& sweep) {
+  const Pages::iterator oldest = std::prev(pages_.end());
+  if (oldest->used < sweep.begun) return oldest;
+  const std::uint64_t end = std::min(keep_from, sweep.ahead);
+  const Pages::iterator newest = std::ranges::find_if(pages_, [&](const Page& page) { return page.used < end; });
+  return newest == pages_.end() ? oldest : newest;
 }
 
 void PagePool::awaitTurn(Asker asker) {
@@ -88,10 +102,11 @@ std::vector<std::uint32_t> PagedVoxels::note(std::span<const std::uint32_t> bits
   return absent;
 }
 
-bool PagedVoxels::want(Asker asker, std::vector<std::uint32_t> blocks) {
+bool PagedVoxels::want(Asker asker, std::vector<std::uint32_t> blocks, const PagePool::Sweep& sweep) {
   std::erase_if(blocks, [this](std::uint32_t block) { return unreadable_.contains(block); });
   Wish& wish = wishes_[asker];
   wish.blocks = std::move(blocks);
+  wish.sweep = sweep;
   return !wish.blocks.empty();
 }
 
@@ -113,9 +128,10 @@ bool PagedVoxels::advance(Asker asker, bool waits) {
     read = std::exchange(batch_, nullptr)->take();
   }
   startNext(read);  // read while the last one is copied
-  if (read && !bringIn(*read)) {
+  if (read) {
     const auto wish = wishes_.find(read_for);
-    if (wish != wishes_.end()) wish->second = {.blocks = {}, .is_short = true};
+    const bool has_room = bringIn(*read, wish == wishes_.end() ? PagePool::Sweep{} : wish->second.sweep);
+    if (!has_room && wish != wishes_.end()) wish->second = {.blocks = {}, .sweep = {}, .is_short = true};
   }
   const auto mine = wishes_.find(asker);
   return (batch_ != nullptr && batch_for_ == asker) || (mine != wishes_.end() && !mine->second.blocks.empty());
@@ -186,7 +202,10 @@ PagedVoxels::Batch PagedVoxels::readBatch(const std::vector<std::shared_ptr<Bloc
 }
 
 // False where there is no room for all of it.
-bool PagedVoxels::bringIn(const Batch& batch) {
+bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
+  std::uint64_t bytes = 0;
+  for (const std::vector<std::byte>& voxels : batch.voxels) bytes += voxels.size();
+  pool_.makeRoom(bytes, sweep);  // at once, as far as that goes
   std::vector<std::uint32_t> arrived;
   bool has_room = true;
   for (std::size_t i = 0; i < batch.blocks.size() && has_room; ++i) {
@@ -197,7 +216,7 @@ bool PagedVoxels::bringIn(const Batch& batch) {
       continue;
     }
     if (isPresent(block)) continue;
-    has_room = pool_.makeRoom(batch.voxels[i].size());
+    has_room = pool_.makeRoom(batch.voxels[i].size(), sweep);
     if (!has_room) break;
     PagePool::Page page{.owner = this, .block = block, .used = pool_.moment(), .voxels = {}};
     try {

@@ -14,6 +14,7 @@
 #pragma once
 
 #include <bit>
+#include <limits>
 #include <list>
 #include <map>
 #include <optional>
@@ -65,14 +66,22 @@ class PagePool {
   // Nobody but who asks, who holds once at most.
   bool isHeldByOne() const { return held_.size() <= 1; }
 
+  // A picture that is drawn from above to below, and the next one again. Since `begun` rays have looked for it, and
+  // what they came to from `ahead` on is still to be drawn with.
+  struct Sweep {
+    std::uint64_t begun = std::numeric_limits<std::uint64_t>::max();
+    std::uint64_t ahead = 0;
+  };
   // Lets go of pages that nobody holds, the one used longest ago first, until so many bytes more may be taken. False
-  // where that is not enough.
-  bool makeRoom(std::uint64_t bytes);
+  // where that is not enough. Where all have been used since the sweep has begun it shows more than there is room for:
+  // then what it was done with last goes first, so that the next picture finds what it begins with.
+  bool makeRoom(std::uint64_t bytes, const Sweep& sweep);
   // The same, until so many bytes have come back; how many did.
-  std::uint64_t evict(std::uint64_t bytes);
+  std::uint64_t evict(std::uint64_t bytes, const Sweep& sweep);
 
  private:
   friend class PagedVoxels;
+  Pages::iterator firstToGo(std::uint64_t keep_from, const Sweep& sweep);
   Pages::iterator add(Page page);
   Pages unlink(Pages::iterator page);  // a list of it alone
   Pages::iterator relink(Pages page);
@@ -85,6 +94,8 @@ class PagePool {
   std::vector<Asker> turns_;  // who has waited longest comes first
   Pages pages_;
 };
+
+inline std::uint32_t wordsOfBits(std::uint64_t bits) { return static_cast<std::uint32_t>((bits + 31) / 32); }
 
 // Calls visit(i) for each bit i that is set, ascending.
 template <typename Visit>
@@ -115,7 +126,7 @@ class PagedVoxels {
   using Asker = PagePool::Asker;
   // What to bring in for him next, ascending, in place of what he wanted and has not begun; but for what could not be
   // read. False where that is nothing.
-  bool want(Asker asker, std::vector<std::uint32_t> blocks);
+  bool want(Asker asker, std::vector<std::uint32_t> blocks, const PagePool::Sweep& sweep);
   // One piece of what anybody wants, by turns: true while there is more for him. Where there is no room beside what is
   // held the rest of it is not wanted any more. `waits`: a little, for what is being read.
   bool advance(Asker asker, bool waits);
@@ -139,6 +150,7 @@ class PagedVoxels {
   friend class PagePool;
   struct Wish {
     std::vector<std::uint32_t> blocks;
+    PagePool::Sweep sweep;
     bool is_short = false;
   };
   struct Batch {
@@ -150,7 +162,7 @@ class PagedVoxels {
   void startNext(const std::optional<Batch>& read);
   void startBatch(std::vector<std::uint32_t>& wanted);
   static Batch readBatch(const std::vector<std::shared_ptr<BlockReader>>& readers, std::vector<std::uint32_t> blocks);
-  bool bringIn(const Batch& batch);
+  bool bringIn(const Batch& batch, const PagePool::Sweep& sweep);
   void setAddress(std::uint32_t block, std::uint64_t address);
   void drop(PagePool::Pages::iterator page);
 

@@ -35,7 +35,7 @@ KernelLayouts::KernelLayouts(const vk::raii::Device& device, bool ray_query) : d
   if (!ray_query) return;
   const vk::DescriptorSetLayoutBinding binding{.binding = 0,
                                                .descriptorType = vk::DescriptorType::eAccelerationStructureKHR,
-                                               .descriptorCount = 1,
+                                               .descriptorCount = kMostInstances,
                                                .stageFlags = vk::ShaderStageFlagBits::eCompute};
   set_ = device.createDescriptorSetLayout(vk::DescriptorSetLayoutCreateInfo{}.setBindings(binding));
   query_ = device.createPipelineLayout(vk::PipelineLayoutCreateInfo{}.setSetLayouts(*set_).setPushConstantRanges(push));

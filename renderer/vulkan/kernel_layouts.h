@@ -24,6 +24,9 @@ KernelName generalKernel(KernelKey key);
 // Its SPIR-V, some 35 ms of SPIRV-Tools; any thread. Throws DeviceError.
 std::vector<std::uint32_t> kernelWords(const KernelName& name);
 
+// Top-level structures that a kernel with ray queries is bound to: of the levels that a frame is drawn of.
+constexpr std::uint32_t kMostInstances = gpu::kMaxFarLevels + 1;
+
 class KernelLayouts {
  public:
   KernelLayouts(const vk::raii::Device& device, bool ray_query);

@@ -25,9 +25,7 @@ constexpr int kNice = 5;
 
 struct KernelMaker::Bench {
   explicit Bench(const Device& beside)
-      : device(beside, {}),
-        layouts(device.handle(), false),
-        params(device, sizeof(gpu::FrameParams), BufferUse::upload) {
+      : device(beside, {}), layouts(device.handle(), false), params(device, sizeof(gpu::FrameData), BufferUse::upload) {
     std::ranges::fill(params.mapped(), std::byte{0});
   }
 

@@ -4,6 +4,8 @@
 #include <fmt/format.h>
 #include <malloc.h>
 
+#include <algorithm>
+#include <array>
 #include <new>
 #include <utility>
 
@@ -31,7 +33,8 @@ Kernels::Kernels(const Device& device, bool background, std::size_t most)
   BLOCKWALK_CHECK(most, >=, 2u);
   if (!device.rayQuery()) return;
   const auto& handle = device.handle();
-  const vk::DescriptorPoolSize size{.type = vk::DescriptorType::eAccelerationStructureKHR, .descriptorCount = 1};
+  const vk::DescriptorPoolSize size{.type = vk::DescriptorType::eAccelerationStructureKHR,
+                                    .descriptorCount = kMostInstances};
   descriptor_pool_ = handle.createDescriptorPool(
       vk::DescriptorPoolCreateInfo{.flags = vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, .maxSets = 1}
           .setPoolSizes(size));
@@ -39,13 +42,17 @@ Kernels::Kernels(const Device& device, bool background, std::size_t most)
       vk::DescriptorSetAllocateInfo{.descriptorPool = *descriptor_pool_}.setSetLayouts(*layouts_.set()))[0]);
 }
 
-vk::DescriptorSet Kernels::bindInstances(vk::AccelerationStructureKHR instances) {
-  const vk::WriteDescriptorSetAccelerationStructureKHR structure{.accelerationStructureCount = 1,
-                                                                 .pAccelerationStructures = &instances};
+vk::DescriptorSet Kernels::bindInstances(std::span<const vk::AccelerationStructureKHR> instances) {
+  std::array<vk::AccelerationStructureKHR, kMostInstances> all;
+  BLOCKWALK_CHECK(instances.size(), <=, all.size());
+  // The rest are not looked at, and must be something.
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = instances[std::min(i, instances.size() - 1)];
+  const vk::WriteDescriptorSetAccelerationStructureKHR structure{.accelerationStructureCount = kMostInstances,
+                                                                 .pAccelerationStructures = all.data()};
   const vk::WriteDescriptorSet write{.pNext = &structure,
                                      .dstSet = *set_,
                                      .dstBinding = 0,
-                                     .descriptorCount = 1,
+                                     .descriptorCount = kMostInstances,
                                      .descriptorType = vk::DescriptorType::eAccelerationStructureKHR};
   device_.handle().updateDescriptorSets(write, {});
   return *set_;

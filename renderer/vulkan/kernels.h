@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <span>
 #include <vulkan/vulkan_raii.hpp>
 
 #include "renderer/vulkan/device.h"
@@ -35,8 +36,9 @@ class Kernels {
   Kernel choose(const KernelKey& key, KernelWish wish);
 
   const vk::raii::PipelineLayout& layout(bool ray_query) const { return layouts_.layout(ray_query); }
-  // The one descriptor set, pointing at a top-level structure. No frame may be in flight.
-  vk::DescriptorSet bindInstances(vk::AccelerationStructureKHR instances);
+  // The one descriptor set, pointing at a top-level structure of each level, kMostInstances at most. No frame may be in
+  // flight.
+  vk::DescriptorSet bindInstances(std::span<const vk::AccelerationStructureKHR> instances);
 
   std::size_t ready() const { return ready_.size(); }
   std::uint64_t made() const { return made_; }  // since the beginning

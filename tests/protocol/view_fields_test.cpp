@@ -21,7 +21,7 @@ TEST(ViewFields, ReadEveryMember) {
       "size=640x480&eye=1,-2,3e2&target=0,0.5,0&up=0,0,1&fov=60.5&range=-10:200&mode=first-hit&filter=linear&step=0.25"
       "&classification=pre-integrated&tf-shape=stepped&iso=12.5"
       "&extinction=0.75&tf=0:000000:0,10:ff8000:0.5,20:ffffff:1&lit=on&clip=0,1,2,3,4,5&planes=1,0,0,-2.5;0,-1e-3,2,0&"
-      "level=2&background=11223344"
+      "level=2&lod=3.5&lod-alpha=0.25&background=11223344"
       "&finder=grid&macrocell=16&walk=off&cull=off&output=position&samples=16&format=jpeg&quality=70");
   const View& view = request.view;
   EXPECT_EQ(view.width, 640);
@@ -47,6 +47,8 @@ TEST(ViewFields, ReadEveryMember) {
   const std::vector<ClipPlane> planes = {{{1, 0, 0}, -2.5}, {{0, -1e-3, 2}, 0}};
   EXPECT_EQ(view.planes, planes);
   EXPECT_EQ(view.level, 2);
+  EXPECT_EQ(view.lod, 3.5);
+  EXPECT_EQ(view.lod_alpha, 0.25);
   EXPECT_EQ(view.background, (std::array<std::uint8_t, 4>{0x11, 0x22, 0x33, 0x44}));
   EXPECT_EQ(view.finder, Finder::grid);
   EXPECT_EQ(view.macrocell, 16);
@@ -192,6 +194,14 @@ const BadField kBadFields[] = {
     {"level", "-1"},
     {"level", "18"},
     {"level", "1.5"},
+    {"lod", "on"},
+    {"lod", "0"},
+    {"lod", "0.5"},
+    {"lod", "65"},
+    {"lod", "nan"},
+    {"lod-alpha", "-0.1"},
+    {"lod-alpha", "1.01"},
+    {"lod-alpha", "off"},
     {"background", "fff"},
     {"background", "#000000"},
     {"background", "00000-1f"},
@@ -338,6 +348,8 @@ TEST(ViewFields, QueryOfARequestGivesItBack) {
     view.extinction = std::abs(number(random));
     view.background = {byte(), byte(), byte(), byte()};
     view.level = i % 18 - 1;
+    view.lod_alpha = i % 5 == 0 ? small(random) / 255.0 : 0;
+    view.lod = i % 4 == 0 ? kOneLevel : 1 + small(random) / 8.0;
     const glm::dvec3 corner = vector();
     if (i % 4 == 0) view.clip = ClipBox{corner, corner + glm::abs(vector())};
     for (int p = 0; p < i % 7; ++p) view.planes.push_back({vector(), number(random)});

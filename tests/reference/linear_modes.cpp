@@ -184,6 +184,7 @@ void linearMean(const Scene& scene, const CutRay& cut, Pixel& pixel) {
     sum += (piece.t_max - piece.t_min) * field;
     return true;
   });
+  pixel.visible_length = length;
   if (!(length > 0)) return;
   pixel.value = sampler.classifier().dataOf(sum.w / length);
   pixel.margin = std::min(pixel.margin, sampler.marginOfShown(sum.w / length));

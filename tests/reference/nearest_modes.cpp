@@ -143,6 +143,7 @@ void nearestMean(const Scene& scene, const CutRay& cut, Pixel& pixel) {
     product += glm::dvec3(field) * (piece.t_max - piece.t_min);
     return true;
   });
+  pixel.visible_length = length;
   if (!(length > 0)) return;
   const glm::dvec4 mean(product / length, sum / length);
   pixel.value = classifier.dataOf(mean.w);

@@ -93,9 +93,11 @@ TransferPoint transferAt(const std::vector<TransferPoint>& transfer, double valu
   return transferPieceAt(transfer, value, shape).at_value;
 }
 
-Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place) {
+Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place, Interval within) {
   const Scene scene{.volume = volume, .view = resolved};
-  const CutRay cut = cutRay(volume, resolved, x, y, place);
+  CutRay cut = cutRay(volume, resolved, x, y, place);
+  cut.interval.t_min = std::max(cut.interval.t_min, within.t_min);
+  cut.interval.t_max = std::min(cut.interval.t_max, within.t_max);
   Pixel pixel;
   pixel.face_distance = faceDistance(cut);
   pixel.color = overBackground(resolved, glm::dvec3(0), 1);

@@ -32,6 +32,7 @@ struct Pixel {
   double t = 0;
   bool shows_point = false;
   double value = std::numeric_limits<double>::quiet_NaN();  // data units: density there; mean: the mean. NaN: nothing
+  double visible_length = 0;                                // mean: of the ray, world
   std::uint32_t blocks = 0;  // blocks: stored blocks that meet the range and that the ray crosses with positive length
 
   // How near the pixel is to being another one by rounding alone. Infinite: not measured, or nothing is near.
@@ -79,7 +80,13 @@ TransferPoint transferAt(const std::vector<TransferPoint>& transfer, double valu
                          TransferShape shape = TransferShape::linear);
 
 // The view is resolved (eye, target, up, range and, for scalars, transfer are there); its level is the volume's.
-Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place = kPixelCentre);
+// `within`: of the ray, nothing else is looked at.
+Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place = kPixelCentre,
+                  Interval within = {.t_min = 0, .t_max = std::numeric_limits<double>::infinity()});
+
+// Of several levels of one channel (docs/integration.md, Level of detail): the finest that is drawn first, then all
+// that are coarser, up to the last that the view's pixels ask for. Distances, margins and the slope are not measured.
+Image renderLevels(std::span<const DenseVolume> levels, const View& resolved);
 
 // Of several channels of one volume, those that the view draws (docs/integration.md, Channels); of one the same as
 // above, but that the margin is a share of the contrast, as it is of several. Of several the distances to edges, the

@@ -31,7 +31,10 @@ Plan planOf(int level, bool paged) {
   Plan plan;
   plan.level = level;
   plan.channels.resize(1);
-  if (paged) plan.coarse_level = level + 1;
+  if (paged) {
+    plan.coarse = {{.level = level + 1}};
+    plan.stand_in = 0;
+  }
   return plan;
 }
 

@@ -243,6 +243,30 @@ TEST_F(PagesTest, WhatFitsIsReadOnce) {
   EXPECT_EQ(second.stats.pages_read, 0u);
 }
 
+// Of a picture that shows more than there is room for most is there when it is drawn again: what one begins with does
+// not give way to what it ends with.
+TEST_F(PagesTest, WhatDoesNotFitIsNotAllReadAgain) {
+  Scene scene = makeScene(*ball(200), kSmallBlocks);
+  View view = finest(96);
+  view.filter = Filter::linear;
+  view.channels[0].transfer = {{.value = 0, .color = {0, 0, 0}, .opacity = 0},
+                               {.value = 255, .color = {1, 1, 1}, .opacity = 0.02}};
+  const Frame expected = renderer().render(*scene.resident, view);
+  start(scene.path, 64 * 1024 * kKib);
+  renderer_->render(*volume_, view);
+  const std::uint64_t all = bytesOf("voxels");
+  start(scene.path, all * 3 / 4);
+  const Frame first = renderer_->render(*volume_, view);
+  EXPECT_TRUE(first.stats.paged);
+  for (int again = 0; again < 3; ++again) {
+    const Frame frame = renderer_->render(*volume_, view);
+    EXPECT_EQ(frame.pixels, expected.pixels);
+    EXPECT_EQ(frame.stats.absent_blocks, 0u);
+    EXPECT_GT(frame.stats.pages_read, 0u);
+    EXPECT_LT(frame.stats.pages_read, first.stats.pages_read * 7 / 10);
+  }
+}
+
 TEST_F(PagesTest, AFrameThatIsGivenUpHoldsNothing) {
   const auto file = buildFile(*ball(150), kSmallBlocks);
   start(file, 1024 * kKib);

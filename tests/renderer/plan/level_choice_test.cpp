@@ -3,6 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <vector>
+
 #include "tests/renderer/plan/plans.h"
 
 namespace blockwalk {
@@ -56,6 +59,108 @@ TEST(LevelChoice, AMaximumIsDrawnFromMaxima) {
   EXPECT_EQ(planOfWidth(127).form, Form::maxima);
   view.mode = Mode::blend;
   EXPECT_EQ(planOfWidth(127).form, Form::values);
+}
+
+// From its end a volume 512 deep; at a depth of 1 a pixel covers 1/32 of a voxel.
+View deepView() {
+  View view;
+  view.width = view.height = 64;
+  view.fov_degrees = 90;
+  view.eye = glm::dvec3(256, 256, 520);
+  view.target = glm::dvec3(256, 256, 0);
+  return view;
+}
+
+std::vector<int> farLevelsOf(const Plan& plan) {
+  std::vector<int> levels;
+  for (const CoarsePlan& far : plan.coarse) levels.push_back(far.level);
+  return levels;
+}
+
+TEST(LevelChoice, FartherPartsAreDrawnOfCoarserLevels) {
+  VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  View view = deepView();
+  view.lod = 1;
+  Plan plan = planFor(view, info);
+  EXPECT_EQ(plan.level, 0);
+  EXPECT_EQ(farLevelsOf(plan), (std::vector{1, 2, 3}));  // 16.25 voxels a pixel at the far end; a kernel takes three
+  EXPECT_EQ(plan.farLevel(), 3);
+  EXPECT_NEAR(plan.coarse[0].depth, 64, 1e-9);
+  EXPECT_NEAR(plan.coarse[1].depth, 128, 1e-9);
+  EXPECT_TRUE(plan.isMixed());
+  view.lod = 2;
+  plan = planFor(view, info);
+  EXPECT_EQ(farLevelsOf(plan), (std::vector{1, 2, 3}));
+  EXPECT_NEAR(plan.coarse[0].depth, 128, 1e-9);
+  view.lod = 5;
+  EXPECT_EQ(farLevelsOf(planFor(view, info)), (std::vector{1}));
+  info.levels[2].block_count = 0;
+  view.lod = 1;
+  EXPECT_EQ(farLevelsOf(planFor(view, info)), (std::vector{1})) << "of level 2 nothing is stored";
+}
+
+TEST(LevelChoice, OneLevelServesWhatHasOneOrNamesOne) {
+  const VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  const auto count = [&](auto change) {
+    View view = deepView();
+    change(view);
+    const Plan plan = planFor(view, info);
+    EXPECT_EQ(plan.isMixed(), !plan.coarse.empty());
+    EXPECT_EQ(plan.farLevel() > plan.level, !plan.coarse.empty());
+    return plan.coarse.size();
+  };
+  EXPECT_EQ(count([](View&) {}), 3u);
+  EXPECT_EQ(count([](View& view) { view.lod = kOneLevel; }), 0u);
+  EXPECT_EQ(count([](View& view) { view.level = 0; }), 0u);
+  EXPECT_EQ(count([](View& view) { view.ortho_height = 512; }), 0u);
+  EXPECT_EQ(count([](View& view) { view.mode = Mode::blocks; }), 0u);
+  EXPECT_EQ(count([](View& view) { view.mode = Mode::mip; }), 0u) << "without maxima";
+}
+
+TEST(LevelChoice, WhereTheFirstLevelsFindNoRoomFartherPartsAreCoarserStill) {
+  const VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  View view = deepView();
+  view.lod = 1;
+  const Plan plan = planFor(view, info, {.finest_level = 2});
+  EXPECT_EQ(plan.level, 2);
+  EXPECT_EQ(farLevelsOf(plan), (std::vector{3, 4}));
+  EXPECT_NEAR(plan.coarse[0].depth, 256, 1e-9);
+}
+
+// Of five levels the one after the finest is a quarter of lambda.
+TEST(LevelChoice, BehindAnOpacityLevelsAreCoarser) {
+  const VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  View view = deepView();
+  view.lod = kMaxLod;
+  EXPECT_FALSE(planFor(view, info).isMixed());
+  view.lod_alpha = 0.5;
+  const Plan plan = planFor(view, info);
+  EXPECT_EQ(farLevelsOf(plan), (std::vector{1}));
+  EXPECT_NEAR(plan.coarse[0].transmittance, 0.5, 1e-12);
+  view.lod_alpha = 1;
+  EXPECT_EQ(farLevelsOf(planFor(view, info)), (std::vector{1, 2, 3}));
+  EXPECT_NEAR(planFor(view, info).coarse[2].transmittance, 0.25, 1e-12);
+  view.ortho_height = 32;
+  EXPECT_EQ(farLevelsOf(planFor(view, info)), (std::vector{1, 2, 3}));
+  view.mode = Mode::mean;
+  EXPECT_FALSE(planFor(view, info).isMixed());
+}
+
+// The voxels of all of them are counted, and those finer than what stands in come and go.
+TEST(LevelChoice, OfSeveralLevelsEachMayBePaged) {
+  const VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  View view = deepView();
+  view.lod = 1;
+  const std::uint64_t a_level = 64 * 512;
+  EXPECT_FALSE(planFor(view, info, {.page_above_bytes = 4 * a_level, .page_room_bytes = 4 * a_level}).isPaged());
+  const Plan plan = planFor(view, info, {.page_above_bytes = 4 * a_level - 1, .page_room_bytes = 8 * a_level});
+  EXPECT_TRUE(plan.isPaged());
+  EXPECT_EQ(plan.stand_in, 0u) << "the finest coarser one takes an eighth of the room";
+  for (const CoarsePlan& far : plan.coarse) EXPECT_FALSE(far.paged);
+  const Plan tight = planFor(view, info, {.page_above_bytes = a_level, .page_room_bytes = a_level});
+  EXPECT_EQ(tight.stand_in, tight.coarse.size() - 1) << "the coarsest of all stands in where none takes so little";
+  EXPECT_EQ(tight.farCount(), 3u);
+  EXPECT_EQ(std::ranges::count(tight.coarse, true, &CoarsePlan::paged), 3);
 }
 
 TEST(LevelChoice, InsideTheVolumeIsLevelZero) {
