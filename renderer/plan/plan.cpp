@@ -8,9 +8,9 @@
 #include <limits>
 
 #include "renderer/plan/clip_planes.h"
-#include "renderer/plan/density_scale.h"
 #include "renderer/plan/level_choice.h"
 #include "renderer/plan/paging.h"
+#include "renderer/plan/plan_needs.h"
 #include "renderer/plan/transfer_table.h"
 #include "renderer/plan/visible_densities.h"
 #include "shaders/kernel_interface.h"
@@ -43,11 +43,6 @@ DensityRange transferSupport(const std::vector<TransferPoint>& points, TransferS
   return {first == points.begin() ? -kInfinity : (stepped ? first : std::prev(first))->value,
           last == points.rbegin() ? kInfinity : std::prev(last)->value};
 }
-
-bool isScalar(const VolumeInfo& info) { return info.type != VoxelType::rgba8; }
-
-// In these modes a scalar's opacity says what is visible.
-bool looksAtOpacity(const ResolvedView& view) { return view.mode == Mode::blend || view.mode == Mode::first_hit; }
 
 void refuseWhatIsNotDefined(const ResolvedView& view, const VolumeInfo& info) {
   if (view.classification != Classification::pre_integrated) return;
@@ -239,107 +234,6 @@ void setPictureKey(const ResolvedView& view, const VolumeInfo& info, Plan& plan)
       isScalar(info) && view.mode != Mode::blocks && colored && view.mode != Mode::first_hit && view.mode != Mode::iso;
   const auto is_fine = [&](const ChannelPlan& drawn) { return isFine(view, info.channels[drawn.channel], drawn); };
   key.fine_table = looks_up && std::ranges::all_of(plan.channels, is_fine) ? 1 : 0;
-}
-
-// `level`: that is drawn by the table.
-TableRecipe tableRecipe(const ResolvedView& view, const VolumeInfo& info, int level, const ChannelPlan& drawn) {
-  return {.range = drawn.range,
-          .transfer = view.channels[drawn.channel].transfer,
-          .shape = view.transfer_shape,
-          .exact = info.type != VoxelType::f32 && view.filter == Filter::nearest && looksAtOpacity(view),
-          // Averages and interpolations with empty voxels lie below level 0's smallest density.
-          .mixes_empties = level > 0 || view.filter == Filter::linear,
-          .integrals = view.classification == Classification::pre_integrated};
-}
-
-// Of one channel of a level: voxels and what is kept of them, and its table.
-void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn,
-                     int level, Form form, bool paged, std::vector<Need>& needs) {
-  const auto finder = static_cast<Finder>(plan.key.finder);
-  const auto channel = static_cast<int>(drawn.channel);
-  const auto add = [&](Part part) -> Need& {
-    return needs.emplace_back(
-        Need{.part = part, .level = level, .form = form, .paged = paged, .apron = plan.apron, .channel = channel});
-  };
-  const bool blocks = view.mode == Mode::blocks;
-  const bool culls = plan.key.cull != 0 && !blocks;
-  add(Part::voxels);
-  add(Part::blocks);
-  if (culls || plan.macrocell_voxels > 0) add(Part::masks);
-  if (culls) add(Part::visible_quarters).range = onDevice(drawn.range, info, drawn.channel);
-  if (finder == Finder::none) add(Part::empty) = {.part = Part::empty, .apron = plan.apron, .channel = channel};
-  if (isScalar(info) && !blocks) {
-    needs.push_back({.part = Part::table, .channel = channel, .table = tableRecipe(view, info, level, drawn)});
-  }
-}
-
-// The active macrocells of a level, and what they are found with.
-void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const Need& of_level,
-                    std::vector<Need>& needs) {
-  Need region = of_level;
-  region.part = plan.key.finder == gpu::kFinderClusters ? Part::clusters : Part::boundary;
-  region.macrocell_voxels = plan.macrocell_voxels;
-  for (const ChannelPlan& drawn : plan.channels) {
-    const auto channel = static_cast<int>(drawn.channel);
-    const float scale = isScalar(info) && view.mode != Mode::blocks
-                            ? tableSpan(tableRecipe(view, info, of_level.level, drawn), info, drawn.channel).scale
-                            : 1;
-    region.region.push_back(
-        {.channel = channel, .range_mask = drawn.range_mask, .densities = visibleDensities(view, info, drawn, scale)});
-    Need& macrocells = needs.emplace_back(of_level);
-    macrocells.part = Part::macrocells;
-    macrocells.channel = channel;
-    macrocells.macrocell_voxels = plan.macrocell_voxels;
-  }
-  needs.push_back(std::move(region));
-}
-
-// Of a level that rays walk through: what finders look in.
-void addFinderNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const Need& of_level,
-                    std::vector<Need>& needs) {
-  const auto finder = static_cast<Finder>(plan.key.finder);
-  const auto add = [&](Part part) -> Need& {
-    needs.push_back(of_level);
-    needs.back().part = part;
-    return needs.back();
-  };
-  if (finder == Finder::grid || finder == Finder::none || plan.macrocell_voxels > 0) add(Part::grid);
-  if (finder == Finder::octree) add(Part::octree).of_blocks = view.mode == Mode::blocks;
-  if (finder == Finder::query) add(Part::instances);
-  if (plan.macrocell_voxels > 0) addRegionNeeds(view, info, plan, of_level, needs);
-}
-
-// Of a paged level: which block of the level that stands in covers each of its own.
-void addAncestors(const CoarsePlan& stand_in, const Need& of_level, std::vector<Need>& needs) {
-  Need& ancestors = needs.emplace_back(of_level);
-  ancestors.part = Part::ancestors;
-  ancestors.coarse_level = stand_in.level;
-  ancestors.coarse_form = stand_in.form;
-}
-
-void setNeeds(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
-  std::vector<Need>& needs = plan.needs;
-  const auto add = [&](const Need& of_level, bool is_walked) {
-    for (const ChannelPlan& drawn : plan.channels) {
-      addChannelNeeds(view, info, plan, drawn, of_level.level, of_level.form, of_level.paged, needs);
-    }
-    if (is_walked) addFinderNeeds(view, info, plan, of_level, needs);
-  };
-  const Need own{.level = plan.level, .form = plan.form, .paged = plan.isPaged(), .apron = plan.apron};
-  const auto ofLevel = [&](const CoarsePlan& coarse) {
-    return Need{.level = coarse.level, .form = coarse.form, .paged = coarse.paged, .apron = plan.apron};
-  };
-  add(own, true);
-  for (std::size_t i = 0; i < plan.coarse.size(); ++i) {
-    plan.coarse[i].first_need = needs.size();
-    add(ofLevel(plan.coarse[i]), i < plan.farCount());
-  }
-  if (!plan.isPaged()) return;
-  const CoarsePlan& stand_in = plan.coarse[*plan.stand_in];
-  addAncestors(stand_in, own, needs);
-  for (const CoarsePlan& coarse : plan.coarse) {
-    if (coarse.paged) addAncestors(stand_in, ofLevel(coarse), needs);
-  }
 }
 
 }  // namespace

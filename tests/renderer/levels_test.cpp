@@ -9,7 +9,6 @@
 #include "tests/renderer/compare.h"
 #include "tests/renderer/pages_stage.h"
 #include "tests/renderer/synthetic.h"
-#include "tests/volume/memory_source.h"
 
 namespace blockwalk::test {
 namespace {
@@ -17,16 +16,32 @@ namespace {
 // Along z far longer than wide: seen from its end three levels, and of maxima too.
 constexpr glm::ivec3 kLong{48, 44, 420};
 
+// Of one density everywhere, which all levels have.
+class Even final : public Source {
+ public:
+  Even() {
+    info_.name = "even";
+    info_.format = "test";
+    info_.dims = kLong;
+    info_.random_access = true;
+  }
+  const SourceInfo& info() const override { return info_; }
+  void readRows(int /*z*/, int /*y*/, int /*count*/, std::span<std::byte> out) override {
+    std::ranges::fill(out, std::byte{200});
+  }
+
+ private:
+  SourceInfo info_;
+};
+
 class LevelsTest : public PagesTest {
  protected:
   static Scene longScene(VoxelType type, int channels = 1) {
     return makeScene(*makeSynthetic({.type = type, .dims = kLong, .seed = 21, .channels = channels}), kSmallBlocks);
   }
 
-  // Of one density everywhere, which all levels have.
-  static Scene solidScene() {
-    volume_test::MemorySource source(VoxelType::u8, kLong);
-    std::ranges::fill(source.voxels, std::byte{200});
+  static Scene evenScene() {
+    Even source;
     return makeScene(source, kSmallBlocks);
   }
 
@@ -171,7 +186,7 @@ TEST_F(LevelsTest, WhatIsPagedIsThatOfAllVoxels) {
 
 // Farther away there is less to do, and to hold.
 TEST_F(LevelsTest, FarPartsTakeFewerStepsAndPages) {
-  const Scene scene = solidScene();
+  const Scene scene = evenScene();
   start(scene.path, 1024 * kKib);
   View view = alongView(scene.info);
   view.width = view.height = 8;
@@ -222,7 +237,7 @@ TEST_F(LevelsTest, BehindAnOpacityIsCoarserHoweverItIsFound) {
     EXPECT_GT(compareImages(*first, whole).psnr(), 25);
   }
   View solid = view;
-  const Scene even = solidScene();
+  const Scene even = evenScene();
   solid.channels[0].transfer = {{.value = 0, .color = {1, 0.8, 0.6}, .opacity = 0.02}};
   solid.filter = Filter::linear;
   const Frame coarser = renderer().render(*even.resident, solid);
@@ -234,7 +249,7 @@ TEST_F(LevelsTest, BehindAnOpacityIsCoarserHoweverItIsFound) {
 
 // Where one ends and the next begins nothing is to be seen.
 TEST_F(LevelsTest, BordersOfLevelsAreNeitherGapsNorSeams) {
-  Scene scene = solidScene();
+  Scene scene = evenScene();
   View view = alongView(scene.info);
   view.channels[0].transfer = {{.value = 0, .color = {1, 0.8, 0.6}, .opacity = 0.004}};
   for (const Filter filter : {Filter::nearest, Filter::linear}) {
