@@ -59,7 +59,8 @@ struct SourceInfo {
   std::string space = {};        // what its axes are
   std::vector<SourceChannel> channels = std::vector<SourceChannel>(1);  // 1..kMaxChannels, all of `type`
   bool random_access = false;                                           // rows may be asked for in any order
-  std::string note = {};  // for people who import it: what the source leaves open; empty mostly
+  std::vector<std::string> notes =
+      {};  // for people who import it: what was guessed, missing or passed over; mostly none
   // Of a source that says where it is blank: the one voxel that it has there, channel after channel, in the stored
   // type. Such a source has random access and another() of itself.
   std::vector<std::byte> blank = {};

@@ -25,6 +25,7 @@ struct ImportCommand {
   std::string skip = "0";
   std::string channels = "auto";
   std::vector<std::string> channel_names;
+  std::optional<std::int64_t> frame;
   std::string values = "auto";
   bool planar = false;
   bool big_endian = false;
@@ -42,6 +43,7 @@ struct ImportCommand {
                                                 : ChannelRule::automatic;
     if (channels.size() == 1) options.raw_channels = channels[0] - '0';
     options.channel_names = channel_names;
+    options.frame = frame;
     options.planar = planar;
     options.big_endian = big_endian;
     options.skip_bytes = parseByteSize("--skip", skip);
@@ -71,7 +73,7 @@ struct ImportCommand {
     const auto begun = std::chrono::steady_clock::now();
     BuildReport report;
     std::optional<std::uint64_t> verified;
-    std::string note;
+    std::vector<std::string> notes;
     {
       Progress progress;
       build_options.progress = [&](std::string_view step, std::uint64_t done, std::uint64_t total) {
@@ -84,13 +86,13 @@ struct ImportCommand {
         };
       }
       const auto source = openSource(paths, import_options);
-      note = source->info().note;
       report = buildVolume(*source, build.output, build_options);
+      notes = source->info().notes;  // some are known once all was read
     }
     printBuildReport(report, build.output,
                      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
     printValues(report.info);
-    if (!note.empty()) fmt::print("  note               {}\n", note);
+    for (const std::string& note : notes) fmt::print("  note               {}\n", note);
     if (verified) fmt::print("  verified           {} voxels\n", *verified);
   }
 
@@ -122,7 +124,9 @@ void addImportCommand(CLI::App& app) {
   command->add_option("--spacing", import->spacing, "world size of a voxel, instead of the file's")->type_name("x,y,z");
   command->add_flag("--big-endian", import->big_endian, "raw: the highest byte of a number comes first");
   command->add_option("--skip", import->skip, "raw: bytes before the first voxel")->type_name("SIZE");
-  command->add_option("--density", import->density, "colour: what becomes density (alpha, else luminance)")
+  command
+      ->add_option("--density", import->density,
+                   "colour: what becomes density (alpha, else max, the largest of the three)")
       ->check(CLI::IsMember({"auto", "alpha", "luminance", "max"}));
   command
       ->add_option("--channels", import->channels,
@@ -136,6 +140,8 @@ void addImportCommand(CLI::App& app) {
       ->add_option("--values", import->values,
                    "what the values are: intensity, or labels, which have no mean (auto: guessed, and told)")
       ->check(CLI::IsMember({"auto", "intensity", "labels"}));
+  command->add_option("--frame", import->frame, "which of several volumes in one file, counted from 0")
+      ->check(CLI::NonNegativeNumber);
   command->add_flag("--planar", import->planar, "raw: channel after channel instead of voxel after voxel");
   command->add_flag("--verify", import->verify, "read everything back and compare every voxel");
   import->build.add(*command);

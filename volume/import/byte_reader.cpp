@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "volume/error.h"
-#include "volume/import/inflate.h"
 
 namespace blockwalk {
 namespace {
@@ -46,47 +45,87 @@ class MemoryBytes final : public ByteReader {
 
 // How far past the declared end a stream is followed to say how much too long it is.
 constexpr std::uint64_t kExcessBytes = std::uint64_t{1} << 20;
+// A line feed or padding. More of unpacked data says that the voxels are not where the header has them.
+constexpr std::uint64_t kMostPassed = 64;
 
-class CompressedBytes final : public ByteReader {
+class PackedBytes final : public ByteReader {
  public:
-  CompressedBytes(std::shared_ptr<const InputFile> file, std::uint64_t first, std::uint64_t skip, std::uint64_t bytes)
-      : stream_(std::move(file), first), skip_(skip), bytes_(bytes) {}
+  PackedBytes(std::unique_ptr<PackedStream> stream, std::uint64_t skip, std::uint64_t bytes, Behind behind)
+      : stream_(std::move(stream)), skip_(skip), bytes_(bytes), behind_(behind) {}
   bool randomAccess() const override { return false; }
+  std::string remark() const override { return remark_; }
 
   void read(std::uint64_t offset, std::span<std::byte> out) override {
     if (offset == 0) begin();
     BLOCKWALK_CHECK(offset, ==, next_);
     BLOCKWALK_CHECK(offset + out.size(), <=, bytes_);
-    const std::size_t got = stream_.read(out);
+    const std::size_t got = stream_->read(out);
     if (got != out.size()) {
-      failData("{}: the compressed data unpacks to {} bytes, {} were declared", stream_.name(), skip_ + next_ + got,
+      failData("{}: the compressed data unpacks to {} bytes, {} were declared", stream_->name(), skip_ + next_ + got,
                skip_ + bytes_);
     }
     next_ += got;
-    if (next_ == bytes_) checkEnd();
+    if (next_ == bytes_ && behind_ != Behind::expected) checkEnd();
   }
 
  private:
   void begin() {
-    stream_.restart();
+    stream_->restart();
     next_ = 0;
-    const std::uint64_t skipped = stream_.skip(skip_);
+    const std::uint64_t skipped = stream_->skip(skip_);
     if (skipped != skip_) {
-      failData("{}: the compressed data unpacks to {} bytes, {} were declared", stream_.name(), skipped,
+      failData("{}: the compressed data unpacks to {} bytes, {} were declared", stream_->name(), skipped,
                skip_ + bytes_);
     }
   }
   void checkEnd() {
-    const std::uint64_t excess = stream_.skip(kExcessBytes);
-    if (excess == 0) return;
-    failData("{}: the compressed data unpacks to {}{} bytes, {} were declared", stream_.name(),
-             excess == kExcessBytes ? "at least " : "", skip_ + bytes_ + excess, skip_ + bytes_);
+    const std::uint64_t excess = stream_->skip(kExcessBytes);
+    const std::uint64_t behind = stream_->bytesBehind();
+    if (excess == 0 && behind == 0) return;
+    const std::string what =
+        excess > 0 ? fmt::format("the compressed data unpacks to {}{} bytes, {} were declared",
+                                 excess == kExcessBytes ? "at least " : "", skip_ + bytes_ + excess, skip_ + bytes_)
+                   : fmt::format("{} bytes follow the end of the compressed data", behind);
+    const bool is_much = excess > kMostPassed || excess > bytes_ / 8;
+    if (behind_ == Behind::nothing || is_much) failData("{}: {}", stream_->name(), what);
+    remark_ = fmt::format("{}: {}; what is behind the voxels is passed over", stream_->name(), what);
   }
 
-  InflateStream stream_;
+  std::unique_ptr<PackedStream> stream_;
   std::uint64_t skip_;
   std::uint64_t bytes_;
+  Behind behind_;
   std::uint64_t next_ = 0;
+  std::string remark_;
+};
+
+class PartBytes final : public ByteReader {
+ public:
+  PartBytes(std::unique_ptr<ByteReader> whole, std::uint64_t first) : whole_(std::move(whole)), first_(first) {}
+  bool randomAccess() const override { return whole_->randomAccess(); }
+  bool hasHoles() const override { return whole_->hasHoles(); }
+  std::string remark() const override { return whole_->remark(); }
+  ByteRange dataFrom(std::uint64_t offset) const override {
+    const ByteRange data = whole_->dataFrom(first_ + offset);
+    return {data.begin - first_, data.end - first_};
+  }
+  void read(std::uint64_t offset, std::span<std::byte> out) override {
+    if (offset == 0 && !randomAccess()) passOver();
+    whole_->read(first_ + offset, out);
+  }
+
+ private:
+  void passOver() {
+    std::vector<std::byte> waste(std::min(first_, kExcessBytes));
+    for (std::uint64_t done = 0; done < first_;) {
+      const auto piece = std::span(waste).first(std::min<std::uint64_t>(waste.size(), first_ - done));
+      whole_->read(done, piece);
+      done += piece.size();
+    }
+  }
+
+  std::unique_ptr<ByteReader> whole_;
+  std::uint64_t first_;
 };
 
 }  // namespace
@@ -104,15 +143,21 @@ std::unique_ptr<ByteReader> readMemoryBytes(std::vector<std::byte> bytes) {
   return std::make_unique<MemoryBytes>(std::move(bytes));
 }
 
-std::unique_ptr<ByteReader> readCompressedBytes(std::shared_ptr<const InputFile> file, std::uint64_t first,
-                                                std::uint64_t skip, std::uint64_t bytes) {
-  return std::make_unique<CompressedBytes>(std::move(file), first, skip, bytes);
+std::unique_ptr<ByteReader> readPackedBytes(Packing packing, std::shared_ptr<const InputFile> file, std::uint64_t first,
+                                            std::uint64_t skip, std::uint64_t bytes, Behind behind) {
+  return std::make_unique<PackedBytes>(openPacked(packing, std::move(file), first), skip, bytes, behind);
 }
 
-std::uint64_t unpackedBytes(const InputFile& file, std::uint64_t first, std::uint64_t limit) {
+std::unique_ptr<ByteReader> readPart(std::unique_ptr<ByteReader> whole, std::uint64_t first, std::uint64_t bytes) {
+  BLOCKWALK_CHECK(bytes, >, std::uint64_t{0});
+  if (first == 0) return whole;
+  return std::make_unique<PartBytes>(std::move(whole), first);
+}
+
+std::uint64_t unpackedBytes(Packing packing, const InputFile& file, std::uint64_t first, std::uint64_t limit) {
   // The stream shares ownership of nothing here: `file` outlives it.
-  InflateStream stream(std::shared_ptr<const InputFile>(std::shared_ptr<void>(), &file), first);
-  const std::uint64_t bytes = stream.skip(limit + 1);
+  const auto stream = openPacked(packing, std::shared_ptr<const InputFile>(std::shared_ptr<void>(), &file), first);
+  const std::uint64_t bytes = stream->skip(limit + 1);
   if (bytes > limit) failData("{}: the compressed data unpacks to more than {} bytes", file.name(), limit);
   return bytes;
 }

@@ -17,10 +17,13 @@ constexpr int kRowsLookedInto = 256;
 
 class SampleArray final : public Source {
  public:
-  SampleArray(SourceInfo info, ChannelConverter converter, ArrayOrder order, std::shared_ptr<ByteReader> bytes)
+  // `bytes`: of all, or of each plane.
+  SampleArray(SourceInfo info, ChannelConverter converter, ArrayOrder order,
+              std::vector<std::shared_ptr<ByteReader>> bytes)
       : info_(std::move(info)), converter_(std::move(converter)), order_(order), bytes_(std::move(bytes)) {
-    info_.random_access = bytes_->randomAccess();
-    if (bytes_->hasHoles()) info_.blank = blankVoxel();
+    info_.random_access = bytes_[0]->randomAccess();
+    if (bytes_[0]->hasHoles()) info_.blank = blankVoxel();
+    takeRemarks();
   }
 
   const SourceInfo& info() const override { return info_; }
@@ -46,10 +49,11 @@ class SampleArray final : public Source {
       std::uint64_t first = 0;
       for (int z = box.begin.z; z < box.end.z; ++z) {
         for (int y = box.begin.y; y < box.end.y; y += rows, first += voxels) {
-          readRun(plane, indexOf(plane, {box.begin.x, y, z}), voxels, first, out);
+          readRun(plane, indexOf(bytes_.size() > 1 ? 0 : plane, {box.begin.x, y, z}), voxels, first, out);
         }
       }
     }
+    if (!info_.random_access) takeRemarks();
   }
 
   // What lies in holes is blank.
@@ -67,6 +71,14 @@ class SampleArray final : public Source {
   }
 
  private:
+  // What is known only now of what was read.
+  void takeRemarks() {
+    for (const auto& bytes : bytes_) {
+      const std::string remark = bytes->remark();
+      if (!remark.empty() && std::ranges::find(info_.notes, remark) == info_.notes.end()) info_.notes.push_back(remark);
+    }
+  }
+
   std::size_t planes() const { return order_ == ArrayOrder::planes ? info_.channels.size() : 1; }
   // In the file, in voxels of it.
   std::uint64_t indexOf(std::size_t plane, glm::ivec3 voxel) const {
@@ -83,17 +95,17 @@ class SampleArray final : public Source {
     samples_.resize(std::max<std::size_t>(samples_.size(), std::min(piece, count) * file_voxel));
     for (std::uint64_t done = 0; done < count; done += piece) {
       const auto samples = std::span(samples_).first(std::min(piece, count - done) * file_voxel);
-      readSamples((begin + done) * file_voxel, samples);
+      readSamples(plane, (begin + done) * file_voxel, samples);
       convert(converter_, plane, samples, first + done, out);
     }
   }
 
   // A hole that is read would take pages of the system's cache.
-  void readSamples(std::uint64_t offset, std::span<std::byte> samples) {
+  void readSamples(std::size_t plane, std::uint64_t offset, std::span<std::byte> samples) {
     if (!info_.blank.empty() && dataFrom(offset).begin >= offset + samples.size()) {
       std::ranges::fill(samples, std::byte{0});
     } else {
-      bytes_->read(offset, samples);
+      bytes_[bytes_.size() > 1 ? plane : 0]->read(offset, samples);
     }
   }
 
@@ -137,7 +149,7 @@ class SampleArray final : public Source {
   // Asks the file but where it has just been asked.
   ByteRange dataFrom(std::uint64_t offset) {
     if (offset < known_from_ || offset >= known_.end) {
-      known_ = bytes_->dataFrom(offset);
+      known_ = bytes_[0]->dataFrom(offset);
       known_from_ = offset;
     }
     return {std::max(offset, known_.begin), known_.end};
@@ -146,7 +158,7 @@ class SampleArray final : public Source {
   SourceInfo info_;
   ChannelConverter converter_;
   ArrayOrder order_;
-  std::shared_ptr<ByteReader> bytes_;
+  std::vector<std::shared_ptr<ByteReader>> bytes_;
   std::vector<std::byte> samples_;
   std::uint64_t known_from_ = 0;
   ByteRange known_;  // the first data from known_from_ on
@@ -163,8 +175,7 @@ void describeAs(const SourceChannel& said, bool has_name, SourceChannel& channel
 
 }  // namespace
 
-std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options,
-                                        std::unique_ptr<ByteReader> bytes) {
+std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options, const ByteOpener& open) {
   SourceInfo info = std::move(array.info);
   const auto describe = [&](const ChannelConverter& converter) {
     converter.describe(info, options);
@@ -173,16 +184,18 @@ std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptio
     const bool has_names = info.channels.size() > 1 && options.channel_names.empty();
     for (std::size_t i = 0; i < info.channels.size(); ++i) describeAs(array.channels[i], has_names, info.channels[i]);
   };
+  std::vector<std::shared_ptr<ByteReader>> bytes;
+  bytes.push_back(open());
   if (array.order == ArrayOrder::planes && array.format.channels > 1) {
-    if (!bytes->randomAccess()) {
-      failData(
-          "{}: channels: they lie one after the other in compressed data, which cannot be read so; unpack it first",
-          info.name);
-    }
     SampleFormat one = array.format;
     one.channels = 1;
-    auto converter =
-        ChannelConverter::ofPlanes(one, static_cast<std::size_t>(array.format.channels), options, info.name);
+    const auto planes = static_cast<std::size_t>(array.format.channels);
+    const std::uint64_t plane_bytes = arrayBytes(one, info.dims);
+    // Each is unpacked for itself, as rows of all are asked for at a time.
+    for (std::size_t plane = 1; !bytes[0]->randomAccess() && plane < planes; ++plane) {
+      bytes.push_back(readPart(open(), plane * plane_bytes, plane_bytes));
+    }
+    auto converter = ChannelConverter::ofPlanes(one, planes, options, info.name);
     describe(converter);
     return std::make_unique<SampleArray>(std::move(info), std::move(converter), ArrayOrder::planes, std::move(bytes));
   }

@@ -27,8 +27,7 @@ struct SampleArrayInfo {
   std::vector<SourceChannel> channels = {};
 };
 
-// Throws DataError for planes in compressed data, which would have to be unpacked once a row.
-std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options,
-                                        std::unique_ptr<ByteReader> bytes);
+// `open` gives the bytes of the array: once, or for planes in compressed data once a plane.
+std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options, const ByteOpener& open);
 
 }  // namespace blockwalk

@@ -27,8 +27,9 @@ struct ImportOptions {
   bool planar = false;                           // raw: channel after channel, not voxel after voxel
   bool big_endian = false;                       // raw
   std::uint64_t skip_bytes = 0;                  // raw: bytes before the first voxel
-  DensityRule density = DensityRule::automatic;  // alpha where there is one, else luminance
+  DensityRule density = DensityRule::automatic;  // alpha where there is one, else max
   ChannelRule channels = ChannelRule::automatic;
+  std::optional<std::int64_t> frame;       // of a file with several volumes, counted from 0
   std::vector<std::string> channel_names;  // none, or one a channel
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
 };

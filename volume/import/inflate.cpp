@@ -37,12 +37,9 @@ bool InflateStream::fill() {
 }
 
 void InflateStream::endMember() {
-  if (zlib_.avail_in == 0 && !fill()) {
+  if ((zlib_.avail_in == 0 && !fill()) || *zlib_.next_in != 0x1f) {
     ended_ = true;
     return;
-  }
-  if (*zlib_.next_in != 0x1f) {
-    failData("{}: bytes from {} on follow the end of the compressed data", file_->name(), position_ - zlib_.avail_in);
   }
   inflateReset2(&zlib_, kGzipOrZlib);
 }
@@ -64,18 +61,6 @@ std::size_t InflateStream::read(std::span<std::byte> out) {
       failData("{}: the compressed data is broken near byte {}: {}", file_->name(), position_ - zlib_.avail_in,
                zlib_.msg != nullptr ? zlib_.msg : "no progress");
     }
-  }
-  return done;
-}
-
-std::uint64_t InflateStream::skip(std::uint64_t bytes) {
-  std::vector<std::byte> waste(std::min<std::uint64_t>(bytes, kInputBytes));
-  std::uint64_t done = 0;
-  while (done < bytes) {
-    const std::size_t piece = std::min<std::uint64_t>(bytes - done, waste.size());
-    const std::size_t got = read(std::span(waste).first(piece));
-    done += got;
-    if (got < piece) break;
   }
   return done;
 }

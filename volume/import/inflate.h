@@ -10,25 +10,23 @@
 #include <span>
 #include <vector>
 
-#include "volume/import/input_file.h"
+#include "volume/import/packed_stream.h"
 
 namespace blockwalk {
 
-// Starts at byte `first` of the file. Several gzip members one after another are one stream, as gzip has it; anything
-// else behind the end of the stream is a DataError. Not movable: zlib keeps a pointer to its state.
-class InflateStream {
+// Several gzip members one after another are one stream, as gzip has it; it ends before anything else. Not movable:
+// zlib keeps a pointer to its state.
+class InflateStream final : public PackedStream {
  public:
   InflateStream(std::shared_ptr<const InputFile> file, std::uint64_t first);
-  ~InflateStream();
+  ~InflateStream() override;
   InflateStream(const InflateStream&) = delete;
   InflateStream& operator=(const InflateStream&) = delete;
 
-  const std::string& name() const { return file_->name(); }
-  void restart();
-  // Fills `out`; returns fewer bytes only at the end of the stream. Throws DataError for a broken or cut stream.
-  std::size_t read(std::span<std::byte> out);
-  // Passes over up to `bytes`; returns fewer only at the end of the stream.
-  std::uint64_t skip(std::uint64_t bytes);
+  const std::string& name() const override { return file_->name(); }
+  void restart() override;
+  std::size_t read(std::span<std::byte> out) override;
+  std::uint64_t bytesBehind() const override { return ended_ ? file_->bytes() - (position_ - zlib_.avail_in) : 0; }
 
  private:
   bool fill();

@@ -111,7 +111,7 @@ TEST(ImportData, AllBallsAreTheSameBall) {
   if (!folder) GTEST_SKIP() << "no real data: set BLOCKWALK_DATA to its folder";
   const auto balls = *folder / "nrrd_set/pynrrd";
   const std::string ball = importAll(balls / "BallBinary30x30x30.nrrd");
-  for (const char* name : {".nhdr", "_gz.nrrd", "_gz_lineskip.nrrd", "_gz_byteskip_minus_one.nrrd",
+  for (const char* name : {".nhdr", "_gz.nrrd", "_gz_lineskip.nrrd", "_gz_byteskip_minus_one.nrrd", "_bz2.nrrd",
                            "_byteskip_minus_one.nhdr", "_byteskip_minus_one_nifti.nhdr"}) {
     EXPECT_EQ(importAll(balls / ("BallBinary30x30x30" + std::string(name))), ball) << name;
   }
@@ -172,10 +172,8 @@ TEST(ImportData, RefusesWhatIsNoSingleVolume) {
   if (!folder) GTEST_SKIP() << "no real data: set BLOCKWALK_DATA to its folder";
   const std::pair<const char*, const char*> cases[] = {
       {"tiff_stacks/multipage_rgb.tif", "colour must be u8 or u16"},
-      {"nrrd_set/pynrrd/BallBinary30x30x30_bz2.nrrd", "encoding"},
       {"nrrd_set/pynrrd/BallBinary30x30x30_byteskip_minus_five.nhdr", "byte skip"},
       {"nrrd_set/pynrrd/BallBinary30x30x30_nifti.nhdr", "54352 bytes, 54000"},
-      {"nrrd_set/pynrrd/test_simple4d_raw.nrrd", "dimension"},
   };
   for (const auto& [file, expected] : cases) EXPECT_THAT(refusal({*folder / file}), HasSubstr(expected)) << file;
 }

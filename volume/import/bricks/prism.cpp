@@ -131,9 +131,10 @@ std::unique_ptr<Source> openPrism(std::shared_ptr<const InputFile> file, const I
   const SampleType type = metadata.bytes_per_voxel == 1 ? SampleType::u8 : SampleType::u16;
   ChannelConverter({.type = type}, false, options, info.name).describe(info, options);
   info.random_access = true;
-  if (!metadata.dims_said)
-    info.note =
-        "the files do not say the true size: the volume ends where the bricks do, and their padding of zeros is empty";
+  if (!metadata.dims_said) {
+    info.notes.emplace_back(
+        "the files do not say the true size: the volume ends where the bricks do, and their padding of zeros is empty");
+  }
   return std::make_unique<PrismSource>(folder, std::move(info));
 }
 

@@ -69,7 +69,9 @@ ChannelConverter ChannelConverter::anew() const {
 
 void ChannelConverter::describe(SourceInfo& info, const ImportOptions& options) const {
   info.type = converters_[0].voxelType();
-  info.channels.assign(channels(), {.name = {}, .value_scale = 1, .value_offset = converters_[0].valueOffset()});
+  info.channels.assign(
+      channels(),
+      {.name = {}, .value_scale = converters_[0].valueScale(), .value_offset = converters_[0].valueOffset()});
   nameChannels(info, options);
 }
 

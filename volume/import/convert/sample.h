@@ -9,7 +9,7 @@
 
 namespace blockwalk {
 
-enum class SampleType : std::uint8_t { u8, i8, u16, i16, u32, i32, u64, i64, f32, f64 };
+enum class SampleType : std::uint8_t { u8, i8, u16, i16, u32, i32, u64, i64, f16, f32, f64 };
 
 constexpr std::size_t sampleBytes(SampleType type) {
   switch (type) {
@@ -18,6 +18,7 @@ constexpr std::size_t sampleBytes(SampleType type) {
       return 1;
     case SampleType::u16:
     case SampleType::i16:
+    case SampleType::f16:
       return 2;
     case SampleType::u32:
     case SampleType::i32:
@@ -32,7 +33,7 @@ constexpr std::size_t sampleBytes(SampleType type) {
 }
 
 constexpr std::string_view sampleTypeName(SampleType type) {
-  constexpr std::string_view kNames[] = {"u8", "i8", "u16", "i16", "u32", "i32", "u64", "i64", "f32", "f64"};
+  constexpr std::string_view kNames[] = {"u8", "i8", "u16", "i16", "u32", "i32", "u64", "i64", "f16", "f32", "f64"};
   return kNames[static_cast<std::size_t>(type)];
 }
 
@@ -41,6 +42,7 @@ struct SampleFormat {
   SampleType type = SampleType::u8;
   int channels = 1;
   bool swap_bytes = false;  // the file's byte order is not this machine's
+  bool descending = false;  // single values: the greater a sample, the less it means; stored values ascend
   bool operator==(const SampleFormat&) const = default;
   std::size_t voxelBytes() const { return sampleBytes(type) * static_cast<std::size_t>(channels); }
 };

@@ -43,6 +43,26 @@ VoxelType storedType(const SampleFormat& format) {
   }
 }
 
+// Exact: every half is a float.
+float floatOfHalf(std::uint16_t half) {
+  const unsigned exponent = half >> 10 & 31;
+  const auto mantissa = static_cast<float>(half & 1023);
+  const float sign = (half & 0x8000) != 0 ? -1.0f : 1.0f;
+  if (exponent == 31) return mantissa > 0 ? std::numeric_limits<float>::quiet_NaN() : sign * HUGE_VALF;
+  if (exponent == 0) return sign * std::ldexp(mantissa, -24);
+  return sign * std::ldexp(mantissa + 1024, static_cast<int>(exponent) - 25);
+}
+
+// Stored values of samples that descend: all bits of whole numbers, the sign of others.
+void turnRound(VoxelType type, std::span<std::byte> voxels) {
+  const std::size_t width = voxelBytes(type);
+  for (std::size_t i = 0; i < voxels.size(); ++i) {
+    const bool is_sign = i % width == width - 1;
+    if (type != VoxelType::f32) voxels[i] = ~voxels[i];
+    if (type == VoxelType::f32 && is_sign) voxels[i] ^= std::byte{0x80};
+  }
+}
+
 // Rec. 709 weights in 1/10000; exact in 32 bits for 16-bit samples.
 std::uint32_t luminance(std::uint32_t r, std::uint32_t g, std::uint32_t b) {
   return (r * 2126 + g * 7152 + b * 722 + 5000) / 10000;
@@ -52,8 +72,10 @@ std::uint32_t luminance(std::uint32_t r, std::uint32_t g, std::uint32_t b) {
 
 VoxelConverter::VoxelConverter(const SampleFormat& format, DensityRule rule, const std::string& source)
     : format_(format), rule_(rule), source_(source), type_(storedType(format)) {
-  if (format.type == SampleType::i8) value_offset_ = -128;
-  if (format.type == SampleType::i16) value_offset_ = -32768;
+  if (format.type == SampleType::i8) value_offset_ = format.descending ? 127 : -128;
+  if (format.type == SampleType::i16) value_offset_ = format.descending ? 32767 : -32768;
+  if (format.type == SampleType::u8 && format.descending) value_offset_ = 255;
+  if (format.type == SampleType::u16 && format.descending) value_offset_ = 65535;
   const bool has_alpha = format.channels == 2 || format.channels == 4;
   if (format.channels == 1) {
     if (rule != DensityRule::automatic) failData("{}: density: the voxels are single values, not colours", source);
@@ -66,12 +88,17 @@ VoxelConverter::VoxelConverter(const SampleFormat& format, DensityRule rule, con
   if (rule == DensityRule::alpha && !has_alpha) {
     failData("{}: density: alpha is asked for, and the colours have none; choose luminance or max", source);
   }
-  if (rule == DensityRule::automatic) rule_ = has_alpha ? DensityRule::alpha : DensityRule::luminance;
+  if (rule == DensityRule::automatic) rule_ = has_alpha ? DensityRule::alpha : DensityRule::max;
 }
 
 void VoxelConverter::convert(std::span<std::byte> samples, std::span<std::byte> voxels) {
   BLOCKWALK_CHECK(samples.size() / format_.voxelBytes(), ==, voxels.size() / voxelBytes(type_));
   if (format_.swap_bytes) swapSamples(samples, sampleBytes(format_.type));
+  convertAscending(samples, voxels);
+  if (format_.descending && type_ != VoxelType::rgba8) turnRound(type_, voxels);
+}
+
+void VoxelConverter::convertAscending(std::span<std::byte> samples, std::span<std::byte> voxels) {
   const bool color = format_.channels > 1;
   switch (format_.type) {
     case SampleType::u8:
@@ -85,6 +112,8 @@ void VoxelConverter::convert(std::span<std::byte> samples, std::span<std::byte> 
     case SampleType::i8:
     case SampleType::i16:
       return flipSigns(samples, voxels, sampleBytes(format_.type));
+    case SampleType::f16:
+      return convertHalf(samples, voxels);
     case SampleType::f32:
       std::memcpy(voxels.data(), samples.data(), samples.size());
       return countNonfinite(voxels);
@@ -105,6 +134,14 @@ void VoxelConverter::countNonfinite(std::span<const std::byte> voxels) {
   for (std::size_t i = 0; i < voxels.size() / sizeof(float); ++i) {
     report_.nonfinite_voxels += std::isfinite(load<float>(voxels, i)) ? 0 : 1;
   }
+}
+
+void VoxelConverter::convertHalf(std::span<const std::byte> samples, std::span<std::byte> voxels) {
+  for (std::size_t i = 0; i < samples.size() / 2; ++i) {
+    const float stored = floatOfHalf(load<std::uint16_t>(samples, i));
+    std::memcpy(voxels.data() + i * sizeof(float), &stored, sizeof stored);
+  }
+  countNonfinite(voxels);
 }
 
 template <typename T>

@@ -114,7 +114,7 @@ std::unique_ptr<Source> openIdx(std::shared_ptr<const InputFile> file, const Imp
   checkEmptiness(*file, header, header.fields.size() * header.fields[0].format.voxelBytes());
   SourceInfo info{.name = file->name(), .format = "idx", .dims = header.dims, .random_access = true};
   info.world_from_index = worldFromIndex(header.geometry, options.spacing, file->name(), "logic_to_physic, physic_box");
-  info.note = header.time_note;
+  if (!header.time_note.empty()) info.notes.push_back(header.time_note);
   const SampleFormat& format = header.fields[0].format;
   const bool is_color = format.channels > 2 && (format.type == SampleType::u8 || format.type == SampleType::u16);
   ChannelConverter converter = header.fields.size() == 1

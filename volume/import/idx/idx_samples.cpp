@@ -100,6 +100,8 @@ void fillSamples(SampleType type, double value, std::span<std::byte> out) {
       return fillWith<std::uint64_t>(value, out);
     case SampleType::i64:
       return fillWith<std::int64_t>(value, out);
+    case SampleType::f16:
+      break;  // no header of this format has it
     case SampleType::f32:
       return fillWith<float>(value, out);
     case SampleType::f64:

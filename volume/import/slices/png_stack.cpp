@@ -9,6 +9,7 @@
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
 #include "volume/import/slices/png_reader.h"
+#include "volume/import/slices/slice_order.h"
 #include "volume/import/slices/slice_shape.h"
 
 namespace blockwalk {
@@ -128,6 +129,7 @@ std::unique_ptr<Source> openPng(const std::vector<std::filesystem::path>& slices
     }
   }
   info.world_from_index = worldFromIndex(Geometry{}, options.spacing, name, "spacing");
+  if (slices.size() > 1) noteGaps(slices, info.notes);
   ChannelConverter converter(shape.format, true, options, name);
   converter.describe(info, options);
   return std::make_unique<PngStack>(slices, shape, columns, std::move(info), std::move(converter),

@@ -1,7 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volume/import/slices/slice_order.h"
 
+#include <fmt/ranges.h>
+
 #include <algorithm>
+#include <cstdint>
+#include <map>
+#include <optional>
 #include <string>
 
 #include "volume/error.h"
@@ -38,6 +43,46 @@ std::string_view oddity(const std::filesystem::directory_entry& entry) {
 bool namedLikeSlice(const std::filesystem::path& path) {
   const std::string extension = lowerCase(path.extension().string());
   return extension == ".png" || extension == ".tif" || extension == ".tiff";
+}
+
+constexpr std::size_t kMostGaps = 8;  // that are told
+
+// The number of each slice: the one run of digits that is not the same in all names, where those are the same but for
+// their digits. Nothing where there is none.
+std::vector<std::int64_t> sliceNumbers(const std::vector<std::filesystem::path>& slices) {
+  std::vector<std::vector<std::string>> runs;
+  std::string frame;
+  for (const auto& slice : slices) {
+    const std::string name = slice.stem().string();
+    std::string around;
+    std::vector<std::string> own;
+    for (std::size_t at = 0; at < name.size();) {
+      const std::string_view digits = digitsAt(name, at);
+      if (digits.empty()) {
+        around += name[at++];
+      } else {
+        own.emplace_back(digits);
+        around += '0';
+        at += digits.size();
+      }
+    }
+    if (runs.empty()) frame = around;
+    if (around != frame) return {};
+    runs.push_back(std::move(own));
+  }
+  std::optional<std::size_t> varying;
+  for (std::size_t run = 0; !runs.empty() && run < runs[0].size(); ++run) {
+    const bool same = std::ranges::all_of(runs, [&](const auto& own) { return own[run] == runs[0][run]; });
+    if (!same && varying) return {};  // two numbers, of which nobody knows what they count
+    if (!same) varying = run;
+  }
+  std::vector<std::int64_t> numbers;
+  for (const auto& own : runs) {
+    const auto number = varying ? parseInteger(own[*varying]) : std::nullopt;
+    if (!number) return {};
+    numbers.push_back(*number);
+  }
+  return numbers;
 }
 
 }  // namespace
@@ -89,6 +134,36 @@ std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& f
   std::sort(slices.begin(), slices.end(),
             [](const auto& a, const auto& b) { return comesBefore(a.filename().string(), b.filename().string()); });
   return slices;
+}
+
+void noteGaps(const std::vector<std::filesystem::path>& slices, std::vector<std::string>& notes) {
+  const std::vector<std::int64_t> numbers = sliceNumbers(slices);
+  std::map<std::int64_t, std::size_t> steps;
+  for (std::size_t i = 1; i < numbers.size(); ++i) ++steps[numbers[i] - numbers[i - 1]];
+  if (steps.size() < 2) return;
+  const std::int64_t step =
+      std::ranges::max_element(steps, {}, [](const auto& counted) { return counted.second; })->first;
+  std::vector<std::string> missing;
+  for (std::size_t i = 1; i < numbers.size(); ++i) {
+    const std::int64_t apart = numbers[i] - numbers[i - 1];
+    const std::string name = slices[i].filename().string();
+    if (apart == 0) notes.push_back(fmt::format("{} has the number of the slice before it", name));
+    if (apart == step || apart == 0) continue;
+    if (step > 0 && apart > step && apart % step == 0) {
+      const std::int64_t last = numbers[i] - step;
+      const std::int64_t first = numbers[i - 1] + step;
+      missing.push_back(first == last ? fmt::format("{}", first) : fmt::format("{} to {}", first, last));
+    } else {
+      notes.push_back(fmt::format("{} is numbered {}, in steps of {} it should be {}", name, numbers[i], step,
+                                  numbers[i - 1] + step));
+    }
+    if (missing.size() + notes.size() > kMostGaps) break;
+  }
+  if (missing.empty()) return;
+  notes.push_back(
+      fmt::format("slices are missing: number {}{}; the {} that are there lie one after the other, those behind "
+                  "a gap nearer than they should",
+                  fmt::join(missing, ", "), missing.size() > kMostGaps ? " and more" : "", slices.size()));
 }
 
 }  // namespace blockwalk

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -16,5 +17,9 @@ bool comesBefore(std::string_view a, std::string_view b);
 // another kind; but what calls itself .png, .tif or .tiff and is not, or is no regular file and no link to one, throws
 // DataError, as do a folder without slices and one with slices of both kinds.
 std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& folder);
+
+// Tells of numbers in the files' names that are missing between others, or there twice: what lies behind is not where
+// it should be. A regular step is none, nor are names without numbers.
+void noteGaps(const std::vector<std::filesystem::path>& slices, std::vector<std::string>& notes);
 
 }  // namespace blockwalk

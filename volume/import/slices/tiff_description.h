@@ -1,41 +1,58 @@
 // SPDX-License-Identifier: Apache-2.0
-// What ImageJ and OME-TIFF say in ImageDescription: which slice and channel each page is, how large voxels are, and
-// what the channels are called and look like.
+// What a TIFF file says of its pages, by the tags alone or as ImageJ and OME-TIFF say it in ImageDescription: which
+// slice and channel each page is, how large voxels are, and what the channels are called and look like.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <glm/glm.hpp>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
+#include "volume/import/import.h"
 #include "volume/import/slices/tiff_file.h"
 
 namespace blockwalk {
 
-struct PageOrder {
-  std::size_t channels = 1;      // pages a slice
-  bool channels_fastest = true;  // else all slices of a channel follow each other
-
-  std::size_t page(std::size_t slice, std::size_t channel, std::size_t slices) const {
-    return channels_fastest ? slice * channels + channel : channel * slices + slice;
-  }
+// A page of one of the files.
+struct PageAt {
+  static constexpr std::uint32_t kBlank = UINT32_MAX;
+  std::uint32_t file = kBlank;  // kBlank: nothing was written there
+  std::uint32_t page = 0;
 };
 
 // What is not said is left out.
 struct TiffDescription {
-  PageOrder order = {};
-  std::vector<std::string> channel_names = {};  // none, or one each
+  std::size_t channels = 1;        // pages a slice
+  std::vector<PageAt> pages = {};  // of the frame that is meant: slice after slice, of each channel after channel
+  std::int64_t planes = 0;         // not 0: see TiffFile::takePlanes()
+  std::vector<std::filesystem::path> files = {};  // of a set; none: it is the one file
+  std::vector<std::string> channel_names = {};    // none, or one each
   std::vector<std::optional<std::array<std::uint8_t, 3>>> channel_colors = {};
   std::optional<glm::dvec3> spacing = std::nullopt;  // of voxels, in `length_unit`
+  std::string spacing_field = {};                    // that says it
+  std::optional<glm::dvec3> corner = std::nullopt;   // of the first voxel, in the world
   std::string length_unit = {};
+  double value_scale = 1;  // of single values: data units = offset + scale * sample
+  double value_offset = 0;
+  std::string value_unit = {};
+  std::vector<std::string> notes = {};
+
+  std::size_t slices() const { return pages.size() / channels; }
 };
 
-// Without a description that says otherwise pages are slices. Throws DataError for a series in time, for more than
-// kMaxChannels channels, for a number of pages that is not what the description says, and for sizes of voxels that are
-// no positive numbers.
-TiffDescription describePages(const TiffFile& file);
+// Without a description that says otherwise pages are slices. Throws DataError where the options choose no frame of
+// several, for more than kMaxChannels channels, for a number of pages that is not what the description says, and for
+// sizes of voxels that are no positive numbers. Takes the planes of ImageJ's large files.
+TiffDescription describePages(TiffFile& file, const std::filesystem::path& path, const ImportOptions& options);
+
+// What one description says; nothing where the text is no such thing.
+std::optional<TiffDescription> describeImageJ(TiffFile& file, std::string_view text, const ImportOptions& options);
+std::optional<TiffDescription> describeOme(const TiffFile& file, const std::filesystem::path& path,
+                                           std::string_view text, const ImportOptions& options);
 
 }  // namespace blockwalk

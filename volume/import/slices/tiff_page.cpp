@@ -2,6 +2,7 @@
 #include "volume/import/slices/tiff_page.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <optional>
 
@@ -30,6 +31,7 @@ class PageReader {
 
   TiffPage read() {
     readSize();
+    readPlace();
     readColor();
     readSampleType();
     readPieces();
@@ -40,6 +42,24 @@ class PageReader {
   template <typename... Args>
   [[noreturn]] void fail(fmt::format_string<Args...> format, Args&&... args) const {
     failData("{}: page {}: {}", file_, page_.number, fmt::format(format, std::forward<Args>(args)...));
+  }
+
+  double resolution(ttag_t tag) const {
+    float value = 0;
+    return TIFFGetField(tiff_, tag, &value) == 1 && std::isfinite(value) && value > 0 ? value : 0.0;
+  }
+
+  void readPlace() {
+    std::uint16_t orientation = 0;
+    TIFFGetField(tiff_, TIFFTAG_ORIENTATION, &orientation);
+    page_.orientation = orientation <= 8 ? orientation : 0;  // beyond, nobody knows what is meant
+    page_.resolution = {.x = resolution(TIFFTAG_XRESOLUTION),
+                        .y = resolution(TIFFTAG_YRESOLUTION),
+                        .unit = shortField(tiff_, TIFFTAG_RESOLUTIONUNIT, RESUNIT_INCH)};
+    std::uint32_t depth = 1;
+    if (TIFFGetField(tiff_, TIFFTAG_IMAGEDEPTH, &depth) != 1) return;
+    if (depth < 1 || depth > static_cast<std::uint32_t>(kMaxDim)) fail("ImageDepth {} must be 1..{}", depth, kMaxDim);
+    page_.depth = static_cast<int>(depth);
   }
 
   void readSize() {
@@ -104,8 +124,6 @@ class PageReader {
     const auto type = sampleType(page_.bits, kind);
     if (!type) fail("BitsPerSample {} with SampleFormat {} cannot be read", page_.bits, kind);
     const bool unsigned_integer = kind == SAMPLEFORMAT_UINT || kind == SAMPLEFORMAT_VOID;
-    if (page_.bits < 8 && samples_ > 1)
-      fail("BitsPerSample {} with SamplesPerPixel {} cannot be read", page_.bits, samples_);
     if (page_.inverted && !unsigned_integer) fail("PhotometricInterpretation WhiteIsZero needs unsigned samples");
     if (page_.palette && (!unsigned_integer || page_.bits > 8))
       fail("a palette needs BitsPerSample 1 to 8, not {}", page_.bits);
@@ -118,8 +136,8 @@ class PageReader {
     switch (kind) {
       case SAMPLEFORMAT_UINT:
       case SAMPLEFORMAT_VOID:
-        if (bits == 1 || bits == 2 || bits == 4 || bits == 8) return SampleType::u8;
-        if (bits == 16) return SampleType::u16;
+        if (bits >= 1 && bits <= 8) return SampleType::u8;
+        if (bits >= 9 && bits <= 16) return SampleType::u16;
         if (bits == 32) return SampleType::u32;
         if (bits == 64) return SampleType::u64;
         return std::nullopt;
@@ -130,6 +148,7 @@ class PageReader {
         if (bits == 64) return SampleType::i64;
         return std::nullopt;
       case SAMPLEFORMAT_IEEEFP:
+        if (bits == 16) return SampleType::f16;
         if (bits == 32) return SampleType::f32;
         if (bits == 64) return SampleType::f64;
         return std::nullopt;
@@ -141,6 +160,9 @@ class PageReader {
   void readPieces() {
     page_.planes_apart =
         samples_ > 1 && shortField(tiff_, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG) == PLANARCONFIG_SEPARATE;
+    if (page_.planes_apart && page_.bits % 8 != 0) {
+      fail("BitsPerSample {} with PlanarConfiguration 2 cannot be read", page_.bits);
+    }
     page_.tiled = TIFFIsTiled(tiff_) != 0;
     std::uint32_t piece_width = static_cast<std::uint32_t>(page_.width);
     std::uint32_t piece_height = 0;
@@ -149,6 +171,7 @@ class PageReader {
       piece_height = longField(tiff_, TIFFTAG_TILELENGTH);
       // TIFF 6.0 has multiples of 16; that also keeps tiles of 1-bit samples on whole bytes.
       if (piece_width % 16 != 0) fail("TileWidth {} is not a multiple of 16", piece_width);
+      readTileDepth();
     } else {
       TIFFGetFieldDefaulted(tiff_, TIFFTAG_ROWSPERSTRIP, &piece_height);
       piece_height = std::min(piece_height, static_cast<std::uint32_t>(page_.height));
@@ -159,6 +182,13 @@ class PageReader {
     }
     page_.piece_width = static_cast<int>(piece_width);
     page_.piece_height = static_cast<int>(piece_height);
+  }
+
+  void readTileDepth() {
+    std::uint32_t depth = 1;
+    TIFFGetFieldDefaulted(tiff_, TIFFTAG_TILEDEPTH, &depth);
+    if (depth < 1 || depth > static_cast<std::uint32_t>(kMaxDim)) fail("TileDepth {} must be 1..{}", depth, kMaxDim);
+    page_.piece_depth = static_cast<int>(depth);
   }
 
   TIFF* tiff_;

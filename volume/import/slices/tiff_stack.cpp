@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TIFF slices: one a file, or the pages of one file.
+// TIFF slices: one a file, or the pages of one file or of a set of files.
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -7,6 +8,7 @@
 #include "volume/import/convert/channel.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
+#include "volume/import/slices/slice_order.h"
 #include "volume/import/slices/slice_shape.h"
 #include "volume/import/slices/tiff_description.h"
 #include "volume/import/slices/tiff_file.h"
@@ -14,19 +16,26 @@
 namespace blockwalk {
 namespace {
 
-SliceShape shapeOf(const TiffPage& page) { return {page.width, page.height, page.format}; }
+using TiffPaths = std::vector<std::filesystem::path>;
 
-// Slices of one file or a file each; a file of slices may hold a page for each channel.
+SliceShape shapeOf(const TiffPage& page) { return {page.seenWidth(), page.seenHeight(), page.format}; }
+
+// Where the pages are.
+struct TiffPages {
+  TiffPaths files;
+  std::size_t channels = 1;
+  std::vector<PageAt> pages;  // slice after slice, of each channel after channel
+  std::int64_t planes = 0;    // of the one directory of the one file; 0: directories are what there is
+};
+
 class TiffStack final : public Source {
  public:
-  TiffStack(std::vector<std::filesystem::path> files, PageOrder order, SourceInfo info, ChannelConverter converter,
-            std::uint64_t memory_bytes)
-      : files_(std::move(files)),
-        order_(order),
+  TiffStack(TiffPages pages, SourceInfo info, ChannelConverter converter, std::uint64_t memory_bytes)
+      : pages_(std::move(pages)),
         info_(std::move(info)),
         converter_(std::move(converter)),
         memory_bytes_(memory_bytes),
-        readers_(order_.channels) {}
+        readers_(pages_.channels) {}
 
   const SourceInfo& info() const override { return info_; }
   ConversionReport conversion(std::size_t channel) const override { return converter_.report(channel); }
@@ -35,11 +44,11 @@ class TiffStack final : public Source {
     const auto width = static_cast<std::size_t>(info_.dims.x);
     BLOCKWALK_CHECK(out.size(), ==, channelRowBytes(info_) * info_.channels.size() * static_cast<std::size_t>(count));
     samples_.resize(width * converter_.format().voxelBytes());
-    for (std::size_t plane = 0; plane < order_.channels; ++plane) {
+    for (std::size_t plane = 0; plane < pages_.channels; ++plane) {
       for (int i = 0; i < count; ++i) {
         readRow(plane, z, y + i);
         const std::size_t first = static_cast<std::size_t>(i) * width;
-        if (order_.channels > 1) {
+        if (pages_.channels > 1) {
           converter_.convertPlane(plane, samples_, first, out);
         } else {
           converter_.convert(samples_, first, out);
@@ -52,24 +61,25 @@ class TiffStack final : public Source {
   // A reader for each plane, because a reader keeps the band of one page.
   struct Reader {
     std::optional<TiffFile> tiff;
-    std::size_t file = 0;
+    std::uint32_t file = 0;
   };
 
   void readRow(std::size_t plane, int z, int y) {
-    Reader& reader = readers_[plane];
-    const bool one_file = files_.size() == 1;
-    const std::size_t file = one_file ? 0 : static_cast<std::size_t>(z);
-    if (!reader.tiff || file != reader.file) {
-      reader.tiff.emplace(files_[file], memory_bytes_ / order_.channels);
-      reader.file = file;
+    const PageAt at = pages_.pages[static_cast<std::size_t>(z) * pages_.channels + plane];
+    if (at.file == PageAt::kBlank) {
+      std::ranges::fill(samples_, std::byte{0});
+      return;
     }
-    const std::size_t page =
-        one_file ? order_.page(static_cast<std::size_t>(z), plane, static_cast<std::size_t>(info_.dims.z)) : 0;
-    reader.tiff->readRow(page, y, samples_);
+    Reader& reader = readers_[plane];
+    if (!reader.tiff || at.file != reader.file) {
+      reader.tiff.emplace(pages_.files[at.file], memory_bytes_ / pages_.channels);
+      if (pages_.planes > 0) reader.tiff->takePlanes(pages_.planes, "images");
+      reader.file = at.file;
+    }
+    reader.tiff->readRow(at.page, y, samples_);
   }
 
-  std::vector<std::filesystem::path> files_;
-  PageOrder order_;
+  TiffPages pages_;
   SourceInfo info_;
   ChannelConverter converter_;
   std::uint64_t memory_bytes_;
@@ -77,61 +87,119 @@ class TiffStack final : public Source {
   std::vector<std::byte> samples_;
 };
 
-// What all pages of all files have in common.
-struct Pages {
-  SliceShape shape;
-  TiffDescription description;  // the last file's; of several each holds a slice
-  std::int64_t count = 0;
+// What all pages that are read have in common.
+class CommonShape {
+ public:
+  void add(const TiffFile& file, const TiffPage& page) {
+    const SliceShape found = shapeOf(page);
+    if (!shape_) shape_ = found;
+    if (found == *shape_) return;
+    failData("{}: page {}: has {}, the first slice has {}", file.name(), page.number, found.text(), shape_->text());
+  }
+  const SliceShape& get() const { return shape_.value(); }
+
+ private:
+  std::optional<SliceShape> shape_;
 };
 
-Pages commonPages(const std::vector<std::filesystem::path>& slices, std::uint64_t memory_bytes) {
-  std::optional<SliceShape> shape;
-  TiffDescription description;
-  std::int64_t count = 0;
-  for (const auto& slice : slices) {
-    const TiffFile file(slice, memory_bytes);
-    description = describePages(file);
-    if (slices.size() > 1 && description.order.channels > 1) {
-      failData("{}: holds {} channels; the slices of a stack of files have one each", file.name(),
-               description.order.channels);
+// Of the set, from its file `number`, which is open.
+void addUsed(const TiffFile& file, std::uint32_t number, TiffDescription& said, CommonShape& shape) {
+  for (PageAt& at : said.pages) {
+    if (at.file != number) continue;
+    if (number > 0) {  // so far it is the number of a directory
+      const auto page = file.pageOfDirectory(at.page);
+      if (!page) failData("{}: it has no page {}, which its set names", file.name(), at.page + 1);
+      at.page = static_cast<std::uint32_t>(*page);
     }
-    if (slices.size() > 1 && file.pages().size() > 1) {
+    shape.add(file, file.pages()[at.page]);
+  }
+}
+
+// One file, and what it names beside it.
+TiffDescription openOne(const std::filesystem::path& path, const ImportOptions& options, CommonShape& shape) {
+  TiffFile file(path, options.memory_bytes);
+  TiffDescription said = describePages(file, path, options);
+  addUsed(file, 0, said, shape);
+  for (std::size_t i = 1; i < said.files.size(); ++i) {
+    addUsed(TiffFile(said.files[i], options.memory_bytes), static_cast<std::uint32_t>(i), said, shape);
+  }
+  if (said.files.empty()) said.files = {path};
+  return said;
+}
+
+bool areOfOneSet(const TiffPaths& files, const TiffPaths& set) {
+  if (set.size() < 2) return false;
+  return std::ranges::all_of(files, [&](const std::filesystem::path& path) {
+    return std::ranges::find(set, std::filesystem::absolute(path)) != set.end();
+  });
+}
+
+// A file a slice; what the first says holds for all.
+TiffDescription openEach(const TiffPaths& slices, const ImportOptions& options, CommonShape& shape) {
+  TiffDescription all;
+  for (std::size_t i = 0; i < slices.size(); ++i) {
+    TiffFile file(slices[i], options.memory_bytes);
+    TiffDescription said = describePages(file, slices[i], options);
+    if (i == 0 && areOfOneSet(slices, said.files)) return openOne(slices[0], options, shape);
+    if (said.channels > 1) {
+      failData("{}: holds {} channels; the slices of a stack of files have one each", file.name(), said.channels);
+    }
+    if (file.pages().size() > 1) {
       failData("{}: has {} pages; the slices of a stack of files have one each", file.name(), file.pages().size());
     }
-    for (const TiffPage& page : file.pages()) {
-      const SliceShape found = shapeOf(page);
-      if (!shape) shape = found;
-      if (found != *shape) {
-        failData("{}: page {}: has {}, the first slice has {}", file.name(), page.number, found.text(), shape->text());
-      }
-      ++count;
-    }
+    shape.add(file, file.pages().front());
+    if (i == 0) all = std::move(said);
   }
-  return {.shape = *shape, .description = std::move(description), .count = count};
+  all.pages.clear();
+  for (std::size_t i = 0; i < slices.size(); ++i) all.pages.push_back({.file = static_cast<std::uint32_t>(i)});
+  all.files = slices;
+  noteGaps(slices, all.notes);
+  return all;
+}
+
+// The map from samples to values where the file says one; the colours of pixels have none.
+void describeValues(const TiffDescription& said, SourceInfo& info) {
+  if (info.type == VoxelType::rgba8) return;
+  for (SourceChannel& channel : info.channels) {
+    channel.value_offset = said.value_offset + said.value_scale * channel.value_offset;
+    channel.value_scale *= said.value_scale;
+    channel.unit = said.value_unit;
+  }
+}
+
+void describePlace(const TiffDescription& said, const ImportOptions& options, const std::string& name,
+                   SourceInfo& info) {
+  const bool own_size = !options.spacing && said.spacing.has_value();
+  Geometry geometry;
+  if (own_size && said.corner) {
+    geometry.first_center = *said.corner + 0.5 * *said.spacing;
+    geometry.corner = said.corner;
+  }
+  info.world_from_index = worldFromIndex(geometry, own_size ? said.spacing : options.spacing, name,
+                                         own_size ? said.spacing_field : "spacing");
+  info.length_unit = said.length_unit;
 }
 
 }  // namespace
 
 std::unique_ptr<Source> openTiff(const std::vector<std::filesystem::path>& slices, const std::string& name,
                                  const ImportOptions& options) {
-  const Pages pages = commonPages(slices, options.memory_bytes);
-  const SliceShape& shape = pages.shape;
-  const TiffDescription& said = pages.description;
-  SourceInfo info{.name = name, .format = "tiff"};
-  const auto channels = static_cast<std::int64_t>(said.order.channels);
-  info.dims = checkedDims(shape.width, shape.height, pages.count / channels, name, "size");
+  CommonShape common;
+  TiffDescription said = slices.size() == 1 ? openOne(slices[0], options, common) : openEach(slices, options, common);
+  SliceShape shape = common.get();
+  SourceInfo info{.name = name, .format = "tiff", .notes = said.notes};
+  info.dims = checkedDims(shape.width, shape.height, static_cast<std::int64_t>(said.slices()), name, "size");
   if (options.dims && *options.dims != info.dims) {
     failData("{}: dims: {} x {} x {} were given, the slices make {} x {} x {}", name, options.dims->x, options.dims->y,
              options.dims->z, info.dims.x, info.dims.y, info.dims.z);
   }
-  const bool own_size = !options.spacing && said.spacing.has_value();
-  info.world_from_index = worldFromIndex(Geometry{}, own_size ? said.spacing : options.spacing, name,
-                                         own_size ? "PhysicalSize" : "spacing");
-  info.length_unit = said.length_unit;
-  ChannelConverter converter = channels > 1
-                                   ? ChannelConverter::ofPlanes(shape.format, said.order.channels, options, name)
-                                   : ChannelConverter(shape.format, true, options, name);
+  describePlace(said, options, name, info);
+  if (shape.format.channels == 1) shape.format.descending = said.value_scale < 0;
+  const std::size_t channels = said.channels;
+  ChannelConverter converter = channels > 1 ? ChannelConverter::ofPlanes(shape.format, channels, options, name)
+                                            : ChannelConverter(shape.format, true, options, name);
   converter.describe(info, options);
+  describeValues(said, info);
   const std::size_t count = info.channels.size();
   for (std::size_t i = 0; i < count; ++i) {
     if (options.channel_names.empty() && count > 1 && said.channel_names.size() == count) {
@@ -139,7 +207,9 @@ std::unique_ptr<Source> openTiff(const std::vector<std::filesystem::path>& slice
     }
     if (said.channel_colors.size() == count) info.channels[i].color = said.channel_colors[i];
   }
-  return std::make_unique<TiffStack>(slices, said.order, std::move(info), std::move(converter), options.memory_bytes);
+  TiffPages pages{
+      .files = std::move(said.files), .channels = channels, .pages = std::move(said.pages), .planes = said.planes};
+  return std::make_unique<TiffStack>(std::move(pages), std::move(info), std::move(converter), options.memory_bytes);
 }
 
 }  // namespace blockwalk

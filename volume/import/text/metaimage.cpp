@@ -1,90 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <bit>
-#include <cmath>
+#include <limits>
 #include <map>
-#include <optional>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "volume/error.h"
 #include "volume/import/dense_array_source.h"
+#include "volume/import/frame.h"
 #include "volume/import/geometry.h"
-#include "volume/import/header_text.h"
 #include "volume/import/openers.h"
+#include "volume/import/text/data_files.h"
+#include "volume/import/text/meta_header.h"
 #include "volume/import/text/text_samples.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
 namespace {
-
-class MetaHeader {
- public:
-  // Reads up to and with ElementDataFile, which is the last line.
-  explicit MetaHeader(const InputFile& file) : name_(file.name()) {
-    HeaderLines lines(file);
-    while (auto line = lines.next()) {
-      if (trimmed(*line).empty()) continue;
-      const std::size_t equals = line->find('=');
-      if (equals == std::string_view::npos) failData("{}: header line '{}' is no field", name_, line->substr(0, 80));
-      const std::string key(trimmed(line->substr(0, equals)));
-      const bool added = fields_.emplace(key, trimmed(line->substr(equals + 1))).second;
-      if (!added) failData("{}: {}: the field stands in the header twice", name_, key);
-      if (key == "ElementDataFile") break;
-    }
-    data_begin_ = lines.position();
-    if (find("ElementDataFile") == nullptr) failData("{}: ElementDataFile: the field is missing", name_);
-  }
-
-  const std::string& name() const { return name_; }
-  std::uint64_t dataBegin() const { return data_begin_; }
-
-  const std::string* find(const std::string& key) const {
-    const auto found = fields_.find(key);
-    return found == fields_.end() ? nullptr : &found->second;
-  }
-  const std::string* findAny(std::initializer_list<const char*> keys) const {
-    for (const char* key : keys) {
-      if (const std::string* value = find(key)) return value;
-    }
-    return nullptr;
-  }
-  const std::string& require(const std::string& key) const {
-    const std::string* value = find(key);
-    if (value == nullptr) failData("{}: {}: the field is missing", name_, key);
-    return *value;
-  }
-  bool flag(std::initializer_list<const char*> keys, bool absent) const {
-    const std::string* value = findAny(keys);
-    if (value == nullptr) return absent;
-    const std::string text = lowerCase(*value);
-    if (text == "true" || text == "1") return true;
-    if (text == "false" || text == "0") return false;
-    failData("{}: {}: '{}' is neither True nor False", name_, *keys.begin(), text);
-  }
-  std::int64_t integer(const std::string& key, std::int64_t absent) const {
-    const std::string* text = find(key);
-    if (text == nullptr) return absent;
-    const auto value = parseInteger(*text);
-    if (!value) failData("{}: {}: '{}' is no whole number", name_, key, text->substr(0, 40));
-    return *value;
-  }
-  std::vector<double> reals(const std::string& key, const std::string& text, std::size_t count) const {
-    std::vector<double> result;
-    for (const std::string_view word : words(text)) {
-      const auto value = parseReal(word);
-      if (!value || !std::isfinite(*value)) failData("{}: {}: '{}' is no finite number", name_, key, word);
-      result.push_back(*value);
-    }
-    if (result.size() != count) failData("{}: {}: {} numbers are given, not {}", name_, key, result.size(), count);
-    return result;
-  }
-
- private:
-  std::string name_;
-  std::map<std::string, std::string> fields_;
-  std::uint64_t data_begin_ = 0;
-};
 
 SampleFormat readFormat(const MetaHeader& header) {
   static const std::map<std::string, SampleType, std::less<>> kTypes = {
@@ -92,7 +27,9 @@ SampleFormat readFormat(const MetaHeader& header) {
       {"MET_USHORT", SampleType::u16},     {"MET_INT", SampleType::i32},   {"MET_UINT", SampleType::u32},
       {"MET_LONG", SampleType::i32},       {"MET_ULONG", SampleType::u32}, {"MET_LONG_LONG", SampleType::i64},
       {"MET_ULONG_LONG", SampleType::u64}, {"MET_FLOAT", SampleType::f32}, {"MET_DOUBLE", SampleType::f64}};
-  const std::string& name = header.require("ElementType");
+  // An array of values is what several channels are anyway.
+  std::string name = header.require("ElementType");
+  if (name.ends_with("_ARRAY")) name.resize(name.size() - 6);
   const auto found = kTypes.find(name);
   if (found == kTypes.end()) failData("{}: ElementType: '{}' cannot be read", header.name(), name);
   const std::int64_t channels = header.integer("ElementNumberOfChannels", 1);
@@ -104,83 +41,153 @@ SampleFormat readFormat(const MetaHeader& header) {
   return {found->second, static_cast<int>(channels), swap && sampleBytes(found->second) > 1};
 }
 
-std::size_t readAxisCount(const MetaHeader& header) {
+struct MetaAxes {
+  std::vector<std::int64_t> sizes;  // of all
+  std::size_t of_space = 0;
+  glm::ivec3 dims{1};
+  std::int64_t frames = 1;  // of the fourth
+};
+
+MetaAxes readAxes(const MetaHeader& header) {
   const std::int64_t count = header.integer("NDims", 0);
-  if (count != 2 && count != 3) failData("{}: NDims: {} is neither 2 nor 3", header.name(), count);
-  return static_cast<std::size_t>(count);
+  constexpr std::int64_t kMostAxes = 10;  // as MetaIO has it
+  if (count < 1 || count > kMostAxes) failData("{}: NDims: {} is outside 1..{}", header.name(), count, kMostAxes);
+  MetaAxes axes{.sizes = header.integers("DimSize")};
+  if (axes.sizes.size() != static_cast<std::size_t>(count)) {
+    failData("{}: DimSize: {} are given, NDims is {}", header.name(), axes.sizes.size(), count);
+  }
+  std::array<std::int64_t, 3> sides{1, 1, 1};
+  for (std::size_t i = 0; i < axes.sizes.size(); ++i) {
+    const std::int64_t size = axes.sizes[i];
+    if (size < 1 || size > kMaxDim) failData("{}: DimSize: {} is outside 1..{}", header.name(), size, kMaxDim);
+    if (i < 3) sides[i] = size;
+    if (i == 3) axes.frames = size;
+    if (i > 3 && size > 1) failData("{}: NDims: {}: a fifth axis and more must have length 1", header.name(), count);
+  }
+  axes.of_space = std::min<std::size_t>(axes.sizes.size(), 3);
+  axes.dims = checkedDims(sides[0], sides[1], sides[2], header.name(), "DimSize");
+  return axes;
 }
 
-glm::ivec3 readDims(const MetaHeader& header, std::size_t axis_count) {
-  std::vector<std::int64_t> sizes;
-  for (const std::string_view word : words(header.require("DimSize"))) {
-    const auto size = parseInteger(word);
-    if (!size) failData("{}: DimSize: '{}' is no whole number", header.name(), word);
-    sizes.push_back(*size);
-  }
-  if (sizes.size() != axis_count) {
-    failData("{}: DimSize: {} are given, NDims is {}", header.name(), sizes.size(), axis_count);
-  }
-  sizes.resize(3, 1);
-  return checkedDims(sizes[0], sizes[1], sizes[2], header.name(), "DimSize");
-}
-
-// Row i of the matrix is the direction of axis i; the offset is the centre of the first voxel.
-Geometry readGeometry(const MetaHeader& header, std::size_t axis_count) {
+// Row i of the matrix is the direction of axis i; the offset is the centre of the first voxel. Axes beyond three are
+// passed over.
+Geometry readMetaGeometry(const MetaHeader& header, const MetaAxes& axes) {
+  const std::size_t count = axes.sizes.size();
   Geometry geometry;
   if (const std::string* matrix = header.findAny({"TransformMatrix", "Orientation", "Rotation"})) {
-    const auto values = header.reals("TransformMatrix", *matrix, axis_count * axis_count);
-    for (std::size_t i = 0; i < axis_count; ++i) {
+    const auto values = header.reals("TransformMatrix", *matrix, count * count);
+    for (std::size_t i = 0; i < axes.of_space; ++i) {
       geometry.axes[i] = glm::dvec3{0};
-      for (std::size_t j = 0; j < axis_count; ++j) geometry.axes[i][static_cast<int>(j)] = values[i * axis_count + j];
+      for (std::size_t j = 0; j < axes.of_space; ++j) geometry.axes[i][static_cast<int>(j)] = values[i * count + j];
     }
   }
   if (const std::string* spacing = header.findAny({"ElementSpacing", "ElementSize"})) {
-    const auto values = header.reals("ElementSpacing", *spacing, axis_count);
-    for (std::size_t i = 0; i < axis_count; ++i) geometry.axes[i] *= values[i];
+    const auto values = header.reals("ElementSpacing", *spacing, count);
+    for (std::size_t i = 0; i < axes.of_space; ++i) geometry.axes[i] *= values[i];
   }
   if (const std::string* offset = header.findAny({"Offset", "Position", "Origin"})) {
-    const auto values = header.reals("Offset", *offset, axis_count);
-    geometry.first_center = glm::dvec3(values[0], values[1], axis_count == 3 ? values[2] : 0.0);
+    const auto values = header.reals("Offset", *offset, count);
+    glm::dvec3 center{0};
+    for (std::size_t i = 0; i < axes.of_space; ++i) center[static_cast<int>(i)] = values[i];
+    geometry.first_center = center;
   }
   return geometry;
 }
 
-std::unique_ptr<ByteReader> openData(const MetaHeader& header, std::shared_ptr<const InputFile> file,
-                                     const SampleFormat& format, glm::ivec3 dims, std::uint64_t memory_bytes) {
-  const std::string& data_file = header.require("ElementDataFile");
-  std::uint64_t begin = header.dataBegin();
-  if (data_file.starts_with("LIST") || data_file.find('%') != std::string::npos) {
-    failData("{}: ElementDataFile: '{}' spreads the data over several files, which cannot be read", header.name(),
-             data_file);
-  }
-  if (data_file != "LOCAL") {
-    file = openDataFile(*file, "ElementDataFile", data_file);
-    begin = 0;
-  }
-  const std::uint64_t bytes = arrayBytes(format, dims);
-  const bool compressed = header.flag({"CompressedData"}, false);
-  const std::int64_t header_bytes = header.integer("HeaderSize", 0);
-  if (header_bytes < -1) failData("{}: HeaderSize: {} is below -1", header.name(), header_bytes);
-  if (header_bytes == -1) {
-    if (compressed) failData("{}: HeaderSize: -1 does not go with compressed data", header.name());
-    if (bytes > file->bytes()) {
-      failData("{}: DimSize: {} bytes of voxels are declared, {} has {}", header.name(), bytes, file->name(),
-               file->bytes());
+// The files' names; none where the data follows the header.
+std::vector<std::string> metaDataNames(const MetaHeader& header, const InputFile& file, const MetaAxes& axes) {
+  const std::string field = "ElementDataFile";
+  const std::string& said = header.require(field);
+  if (header.listAxes()) {
+    const std::uint64_t count = fileCount(axes.sizes, *header.listAxes(), header.name(), field);
+    if (header.listed().size() != count) {
+      failData("{}: {}: {} files are listed, DimSize needs {}", header.name(), field, header.listed().size(), count);
     }
-    begin = file->bytes() - bytes;
-  } else if (header_bytes > 0) {
-    begin = static_cast<std::uint64_t>(header_bytes);
+    return header.listed();
   }
-  if (!header.flag({"BinaryData"}, true)) {
-    return readMemoryBytes(readTextSamples(*file, begin, format.type, bytes / sampleBytes(format.type), memory_bytes));
+  if (lowerCase(said) == "local") return {};
+  const auto pattern = filePattern(said);
+  if (!pattern || isDataFile(file, said)) return {said};
+  return namesOf(*pattern, fileCount(axes.sizes, pattern->axes, header.name(), field), header.name(), field);
+}
+
+class MetaData {
+ public:
+  MetaData(const MetaHeader& header, std::shared_ptr<const InputFile> file, const MetaAxes& axes,
+           const SampleFormat& format, std::uint64_t memory_bytes)
+      : file_(std::move(file)), type_(format.type), memory_bytes_(memory_bytes) {
+    const std::vector<std::string> names = metaDataNames(header, *file_, axes);
+    files_ = findDataFiles(*file_, "ElementDataFile", names);
+    bytes_ = arrayBytes(format, axes.dims);
+    const auto frames = static_cast<std::uint64_t>(axes.frames);
+    if (frames > std::numeric_limits<std::uint64_t>::max() / bytes_ / 2) {
+      failData("{}: DimSize: {} volumes of {} bytes are too many", header.name(), frames, bytes_);
+    }
+    bytes_ *= frames;
+    if (!names.empty() && bytes_ % names.size() != 0) {
+      failData("{}: ElementDataFile: {} bytes of voxels are not the same in {} files", header.name(), bytes_,
+               names.size());
+    }
+    is_text_ = !header.flag({"BinaryData"}, true);
+    layout_ = {.field = "DimSize", .begin = names.empty() ? header.dataBegin() : 0};
+    if (header.flag({"CompressedData"}, false)) layout_.packing = Packing::gzip;
+    readHeaderSize(header);
   }
-  if (compressed) return readCompressedBytes(file, begin, 0, bytes);
-  const std::uint64_t left = file->bytes() - std::min(begin, file->bytes());
-  if (left != bytes) {
-    failData("{}: DimSize: {} bytes of voxels are declared, {} has {} from byte {} on", header.name(), bytes,
-             file->name(), left, begin);
+
+  const std::string& note() const { return files_.note; }
+
+  std::unique_ptr<ByteReader> open() const {
+    if (is_text_) return openText();
+    if (files_.paths.empty()) return readLaidOut(file_, layout_, bytes_);
+    if (files_.paths.size() > 1) return readLaidOutParts(files_.paths, layout_, bytes_ / files_.paths.size());
+    return readLaidOut(std::make_shared<InputFile>(files_.paths[0]), layout_, bytes_);
   }
-  return readFileBytes(file, begin, bytes);
+
+ private:
+  void readHeaderSize(const MetaHeader& header) {
+    const std::int64_t header_bytes = header.integer("HeaderSize", 0);
+    if (header_bytes < -1) failData("{}: HeaderSize: {} is below -1", header.name(), header_bytes);
+    const bool is_packed = layout_.packing != Packing::none;
+    if (header_bytes == -1 && is_packed) {
+      failData("{}: HeaderSize: -1 does not go with compressed data", header.name());
+    }
+    if (header_bytes > 0) layout_.begin = static_cast<std::uint64_t>(header_bytes);
+    if (header_bytes == -1) layout_.byte_skip = -1;
+  }
+
+  std::unique_ptr<ByteReader> openText() const {
+    if (layout_.byte_skip < 0) failData("{}: HeaderSize: -1 does not go with BinaryData = False", file_->name());
+    if (files_.paths.empty()) return readMemoryBytes(textOf(*file_, bytes_, memory_bytes_));
+    std::vector<std::byte> all;
+    for (const auto& path : files_.paths) {
+      const std::vector<std::byte> part = textOf(InputFile(path), bytes_ / files_.paths.size(),
+                                                 memory_bytes_ - std::min<std::uint64_t>(memory_bytes_, all.size()));
+      all.insert(all.end(), part.begin(), part.end());
+    }
+    return readMemoryBytes(std::move(all));
+  }
+
+  std::vector<std::byte> textOf(const InputFile& file, std::uint64_t bytes, std::uint64_t memory_bytes) const {
+    return readTextSamples(file, layout_.begin, type_, bytes / sampleBytes(type_), memory_bytes);
+  }
+
+  std::shared_ptr<const InputFile> file_;
+  SampleType type_;
+  std::uint64_t memory_bytes_;
+  DataFiles files_;
+  DataLayout layout_;
+  std::uint64_t bytes_ = 0;
+  bool is_text_ = false;
+};
+
+// Value = offset + slope * sample, as the file says it; nothing where the two say nothing.
+std::vector<SourceChannel> metaChannels(const MetaHeader& header, SampleFormat& format) {
+  const double slope = header.real("ElementToIntensityFunctionSlope", 1);
+  const double offset = header.real("ElementToIntensityFunctionOffset", 0);
+  if (slope == 0 || (slope == 1 && offset == 0)) return {};
+  format.descending = slope < 0;
+  return std::vector<SourceChannel>(static_cast<std::size_t>(format.channels),
+                                    {.name = {}, .value_scale = slope, .value_offset = offset});
 }
 
 }  // namespace
@@ -190,20 +197,24 @@ std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, con
   if (const std::string* type = header.find("ObjectType"); type != nullptr && *type != "Image") {
     failData("{}: ObjectType: '{}' is not Image", header.name(), *type);
   }
-  const std::size_t axis_count = readAxisCount(header);
+  const MetaAxes axes = readAxes(header);
   SampleFormat format = readFormat(header);
   if (!header.flag({"BinaryData"}, true)) format.swap_bytes = false;
-  SourceInfo info{.name = file->name(), .format = "metaimage", .dims = readDims(header, axis_count)};
-  info.world_from_index = worldFromIndex(readGeometry(header, axis_count), options.spacing, header.name(),
-                                         "TransformMatrix, ElementSpacing");
+  SourceInfo info{.name = file->name(), .format = "metaimage", .dims = axes.dims};
+  info.world_from_index =
+      worldFromIndex(readMetaGeometry(header, axes), options.spacing, header.name(), "TransformMatrix, ElementSpacing");
   // For people only; "?" is what nobody said.
   const std::string* unit = header.find("DistanceUnits");
   if (unit != nullptr && *unit != "?" && unit->size() <= kMaxUnitBytes) info.length_unit = *unit;
   // Three or four bytes or words are a colour, as everybody writes them; the format has no word for it.
   const bool is_color = format.channels > 2 && (format.type == SampleType::u8 || format.type == SampleType::u16);
-  auto bytes = openData(header, file, format, info.dims, options.memory_bytes);
-  return makeSampleArray({.info = std::move(info), .format = format, .is_color = is_color, .order = ArrayOrder::voxels},
-                         options, std::move(bytes));
+  const std::uint64_t frame = chosenFrame(options, axes.frames, file->name(), "DimSize", info.notes);
+  const MetaData data(header, file, axes, format, options.memory_bytes);
+  if (!data.note().empty()) info.notes.push_back(data.note());
+  const std::uint64_t bytes = arrayBytes(format, axes.dims);
+  SampleArrayInfo array{.info = std::move(info), .format = format, .is_color = is_color, .order = ArrayOrder::voxels};
+  if (!is_color) array.channels = metaChannels(header, array.format);
+  return makeSampleArray(std::move(array), options, [&] { return readPart(data.open(), frame * bytes, bytes); });
 }
 
 }  // namespace blockwalk

@@ -2,6 +2,7 @@
 #include "volume/import/text/nrrd_header.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <map>
@@ -12,132 +13,83 @@
 
 #include "volume/error.h"
 #include "volume/import/header_text.h"
+#include "volume/import/text/nrrd_fields.h"
 #include "volume/import/text/nrrd_keys.h"
+#include "volume/import/text/nrrd_place.h"
+#include "volume/import/world_space.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
 namespace {
 
-using Fields = std::map<std::string, std::string>;
-
-std::string unquoted(std::string_view text) {
-  const bool quoted = text.size() >= 2 && text.front() == '"' && text.back() == '"';
-  return std::string(quoted ? text.substr(1, text.size() - 2) : text);
-}
-
-// One spelling for fields that have two.
-std::string canonicalField(std::string name) {
-  if (name == "datafile") return "data file";
-  if (name == "lineskip") return "line skip";
-  if (name == "byteskip") return "byte skip";
-  if (name == "sampleunits") return "sample units";
-  return name;
-}
-
-// `own`: the keys with our prefix.
-Fields readFields(const InputFile& file, NrrdHeader& header, Fields& own) {
-  HeaderLines lines(file);
-  const auto magic = lines.next();
-  if (!magic || magic->size() != 8 || !magic->starts_with("NRRD000") || (*magic)[7] < '1' || (*magic)[7] > '5') {
-    failData("{}: the first line is not NRRD0001 to NRRD0005", file.name());
-  }
-  Fields fields;
-  while (auto line = lines.next()) {
-    if (line->empty()) break;
-    if (line->starts_with('#')) continue;
-    const std::size_t colon = line->find(':');
-    if (colon == std::string_view::npos) failData("{}: header line '{}' is no field", file.name(), line->substr(0, 80));
-    if (line->substr(colon).starts_with(":=")) {  // a key of the user's own, or of ours
-      const std::string_view key = line->substr(0, colon);
-      if (key.starts_with(kNrrdKeyPrefix)) own.emplace(key.substr(kNrrdKeyPrefix.size()), line->substr(colon + 2));
-      continue;
-    }
-    const std::string name = canonicalField(lowerCase(trimmed(line->substr(0, colon))));
-    const bool added = fields.emplace(name, trimmed(line->substr(colon + 1))).second;
-    if (!added) failData("{}: {}: the field stands in the header twice", file.name(), name);
-  }
-  header.data_begin = lines.position();
-  return fields;
-}
-
 class NrrdReader {
  public:
-  explicit NrrdReader(const InputFile& file) : file_(file), fields_(readFields(file, header_, own_)) {}
+  NrrdReader(const InputFile& file, bool is_chosen) : file_(file), is_chosen_(is_chosen), fields_(file) {
+    header_.list_axes = fields_.list_axes;
+    header_.listed = fields_.listed;
+    header_.data_begin = fields_.data_begin;
+  }
 
   NrrdHeader read() {
     readEncoding();
     readType();
     readSizes();
-    readGeometry();
+    header_.geometry = readNrrdPlace(fields_, header_.sizes, axes_);
     readUnits();
     readKeys();
+    turnToTheRight();
     return header_;
   }
 
  private:
-  const std::string* find(const std::string& name) const {
-    const auto found = fields_.find(name);
-    return found == fields_.end() ? nullptr : &found->second;
-  }
-  const std::string& require(const std::string& name) const {
-    const std::string* value = find(name);
-    if (value == nullptr) failData("{}: {}: the field is missing", file_.name(), name);
-    return *value;
-  }
-  std::int64_t integer(const std::string& name, std::string_view text) const {
-    const auto value = parseInteger(text);
-    if (!value) failData("{}: {}: '{}' is no whole number", file_.name(), name, text.substr(0, 40));
-    return *value;
-  }
-
   void readEncoding();
   void readType();
   void readSizes();
-  void readGeometry();
   void readUnits();
   void readKeys();
-  std::string kindOf(std::size_t axis) const;
-  bool firstAxisIsColor(const std::vector<std::int64_t>& sizes) const;
-  bool isChannels(const std::vector<std::int64_t>& sizes, std::size_t axis) const;
-  void takeSampleAxis(std::vector<std::int64_t>& sizes);
-  std::vector<std::optional<glm::dvec3>> vectors(const std::string& name, std::string_view text) const;
-  std::vector<std::optional<glm::dvec3>> axisSteps() const;
+  void turnToTheRight();
+  std::int64_t sizeOf(std::size_t place) const { return header_.sizes[axes_[place]]; }
+  bool firstAxisIsColor() const;
+  bool isChannels(std::size_t place) const;
+  bool isElsewhere(std::size_t axis) const;
+  void dropAxes();
+  void dropLast(std::size_t most);
+  void takeSampleAxis();
 
   const InputFile& file_;
+  bool is_chosen_;
+  NrrdFields fields_;
   NrrdHeader header_;
-  Fields own_;
-  Fields fields_;
-  std::size_t axis_count_ = 0;
-  std::size_t first_space_axis_ = 0;  // 1 when axis 0 is the samples of a voxel
-  std::size_t end_space_axis_ = 0;    // one below axis_count_ when the last axis is
+  std::vector<std::size_t> axes_;  // the file's that are left: in the end those of space, x first
 };
 
 void NrrdReader::readEncoding() {
-  const std::string encoding = lowerCase(require("encoding"));
+  const std::string encoding = lowerCase(fields_.require("encoding"));
   if (encoding == "raw") {
     header_.encoding = NrrdEncoding::raw;
   } else if (encoding == "gzip" || encoding == "gz") {
     header_.encoding = NrrdEncoding::gzip;
+  } else if (encoding == "bzip2" || encoding == "bz2") {
+    header_.encoding = NrrdEncoding::bzip2;
+  } else if (encoding == "hex") {
+    header_.encoding = NrrdEncoding::hex;
   } else if (encoding == "ascii" || encoding == "text" || encoding == "txt") {
     header_.encoding = NrrdEncoding::text;
   } else {
-    failData("{}: encoding: '{}' cannot be read; raw, gzip and ascii can", file_.name(), encoding);
+    failData("{}: encoding: '{}' cannot be read; raw, gzip, bzip2, ascii and hex can", file_.name(), encoding);
   }
-  if (const std::string* skip = find("line skip")) {
-    const std::int64_t lines = integer("line skip", *skip);
+  if (const std::string* skip = fields_.find("line skip")) {
+    const std::int64_t lines = fields_.integer("line skip", *skip);
     if (lines < 0) failData("{}: line skip: {} is below 0", file_.name(), lines);
     header_.line_skip = static_cast<std::uint64_t>(lines);
   }
-  if (const std::string* skip = find("byte skip")) {
-    header_.byte_skip = integer("byte skip", *skip);
+  if (const std::string* skip = fields_.find("byte skip")) {
+    header_.byte_skip = fields_.integer("byte skip", *skip);
     if (header_.byte_skip < -1) failData("{}: byte skip: {} is below -1", file_.name(), header_.byte_skip);
   }
-  if (const std::string* name = find("data file")) {
+  if (const std::string* name = fields_.find("data file")) {
     if (name->empty()) failData("{}: data file: no name is given", file_.name());
-    if (name->starts_with("LIST") || name->find('%') != std::string::npos) {
-      failData("{}: data file: '{}' spreads the data over several files, which cannot be read", file_.name(), *name);
-    }
-    header_.data_file = *name;
+    if (!header_.list_axes) header_.data_file = *name;
   }
 }
 
@@ -182,24 +134,17 @@ void NrrdReader::readType() {
                                                                         {"uint64_t", SampleType::u64},
                                                                         {"float", SampleType::f32},
                                                                         {"double", SampleType::f64}};
-  const std::string name = lowerCase(require("type"));
+  const std::string name = lowerCase(fields_.require("type"));
   const auto found = kTypes.find(name);
   if (found == kTypes.end()) failData("{}: type: '{}' is not known", file_.name(), name);
   header_.format.type = found->second;
 
   const bool has_order = sampleBytes(header_.format.type) > 1 && header_.encoding != NrrdEncoding::text;
   if (!has_order) return;
-  const std::string endian = lowerCase(require("endian"));
+  const std::string endian = lowerCase(fields_.require("endian"));
   if (endian != "little" && endian != "big")
     failData("{}: endian: '{}' is neither little nor big", file_.name(), endian);
   header_.format.swap_bytes = (endian == "big") != (std::endian::native == std::endian::big);
-}
-
-// The kind of an axis in lower case, empty where `kinds` does not say it.
-std::string NrrdReader::kindOf(std::size_t axis) const {
-  const std::string* kinds = find("kinds");
-  const auto names = words(kinds != nullptr ? std::string_view(*kinds) : std::string_view());
-  return axis < names.size() ? lowerCase(names[axis]) : "";
 }
 
 bool isUnnamed(std::string_view kind) { return kind.empty() || kind == "???" || kind == "none"; }
@@ -208,152 +153,121 @@ bool isListing(std::string_view kind) {
   return kind == "list" || kind == "vector" || kind == "2-vector" || kind == "3-vector" || kind == "4-vector";
 }
 
-bool NrrdReader::firstAxisIsColor(const std::vector<std::int64_t>& sizes) const {
-  if (sizes[0] != 3 && sizes[0] != 4) return false;
-  const std::string kind = kindOf(0);
-  if (kind == "rgb-color" || kind == "3-color") return sizes[0] == 3;
-  if (kind == "rgba-color" || kind == "4-color") return sizes[0] == 4;
+bool NrrdReader::firstAxisIsColor() const {
+  if (sizeOf(0) != 3 && sizeOf(0) != 4) return false;
+  const std::string kind = fields_.kindOf(axes_[0]);
+  if (kind == "rgb-color" || kind == "3-color" || kind == "hsv-color" || kind == "xyz-color") return sizeOf(0) == 3;
+  if (kind == "rgba-color" || kind == "4-color") return sizeOf(0) == 4;
   // Three slices of a scalar are a volume: without a name for it, only a fourth axis makes the first one colour.
-  return (isUnnamed(kind) || isListing(kind)) && sizes.size() == 4 && header_.format.type == SampleType::u8;
+  return (isUnnamed(kind) || isListing(kind)) && axes_.size() == 4 && header_.format.type == SampleType::u8;
 }
 
-bool NrrdReader::isChannels(const std::vector<std::int64_t>& sizes, std::size_t axis) const {
-  if (sizes[axis] < 2 || sizes[axis] > kMaxChannels) return false;
-  return isListing(kindOf(axis));
+bool NrrdReader::isChannels(std::size_t place) const {
+  if (sizeOf(place) < 2 || sizeOf(place) > kMaxChannels) return false;
+  return isListing(fields_.kindOf(axes_[place]));
+}
+
+// Whether the header says that an axis is none of space.
+bool NrrdReader::isElsewhere(std::size_t axis) const {
+  const std::string kind = fields_.kindOf(axis);
+  const std::string* directions = fields_.find("space directions");
+  if (directions == nullptr) return isListing(kind) || kind == "time" || kind == "point" || kind == "scalar";
+  const auto steps = fields_.vectors("space directions", *directions);
+  return axis < steps.size() && !steps[axis];
+}
+
+// Axes of length 1 that are not of space.
+void NrrdReader::dropAxes() {
+  std::erase_if(axes_, [&](std::size_t axis) { return header_.sizes[axis] == 1 && isElsewhere(axis); });
+  if (axes_.empty()) axes_.push_back(0);
+}
+
+// Of length 1, the last first.
+void NrrdReader::dropLast(std::size_t most) {
+  for (std::size_t place = axes_.size(); axes_.size() > most && place-- > 0;) {
+    if (sizeOf(place) == 1) axes_.erase(axes_.begin() + static_cast<std::ptrdiff_t>(place));
+  }
 }
 
 // Takes the axis away that holds the samples of a voxel, if there is one.
-void NrrdReader::takeSampleAxis(std::vector<std::int64_t>& sizes) {
-  end_space_axis_ = axis_count_;
-  if (axis_count_ < 2) return;
-  const bool color = firstAxisIsColor(sizes);
-  if (color || isChannels(sizes, 0)) {
-    header_.format.channels = static_cast<int>(sizes[0]);
+void NrrdReader::takeSampleAxis() {
+  if (axes_.size() < 2) return;
+  const bool color = firstAxisIsColor();
+  if (color || isChannels(0)) {
+    header_.format.channels = static_cast<int>(sizeOf(0));
     header_.is_color = color;
-    sizes.erase(sizes.begin());
-    first_space_axis_ = 1;
-  } else if (isChannels(sizes, axis_count_ - 1)) {
-    header_.format.channels = static_cast<int>(sizes.back());
+    axes_.erase(axes_.begin());
+  } else if (!is_chosen_ && isChannels(axes_.size() - 1)) {
+    header_.format.channels = static_cast<int>(sizeOf(axes_.size() - 1));
     header_.is_color = false;
     header_.order = ArrayOrder::planes;
-    sizes.pop_back();
-    --end_space_axis_;
+    axes_.pop_back();
   }
 }
 
 void NrrdReader::readSizes() {
-  const std::int64_t dimension = integer("dimension", require("dimension"));
-  if (dimension < 1 || dimension > 4) {
-    failData("{}: dimension: {} is outside 1..4", file_.name(), dimension);
+  const std::int64_t dimension = fields_.integer("dimension", fields_.require("dimension"));
+  constexpr std::int64_t kMostAxes = 16;  // as Teem has it
+  if (dimension < 1 || dimension > kMostAxes) {
+    failData("{}: dimension: {} is outside 1..{}", file_.name(), dimension, kMostAxes);
   }
-  std::vector<std::int64_t> sizes;
-  for (const std::string_view word : words(require("sizes"))) sizes.push_back(integer("sizes", word));
-  axis_count_ = static_cast<std::size_t>(dimension);
-  if (sizes.size() != axis_count_) {
-    failData("{}: sizes: {} are given, dimension is {}", file_.name(), sizes.size(), dimension);
+  for (const std::string_view word : words(fields_.require("sizes")))
+    header_.sizes.push_back(fields_.integer("sizes", word));
+  const auto axis_count = static_cast<std::size_t>(dimension);
+  if (header_.sizes.size() != axis_count) {
+    failData("{}: sizes: {} are given, dimension is {}", file_.name(), header_.sizes.size(), dimension);
   }
-  takeSampleAxis(sizes);
-  if (sizes.size() > 3) {
-    failData(
-        "{}: dimension: four axes are a volume only when the first is colour (sizes 3 or 4), or the first or the last "
-        "is "
-        "a list of 2 to 4 channels (kinds)",
-        file_.name());
+  for (const std::int64_t size : header_.sizes) {
+    if (size < 1 || size > kMaxDim) failData("{}: sizes: {} is outside 1..{}", file_.name(), size, kMaxDim);
   }
-  sizes.resize(3, 1);
-  header_.dims = checkedDims(sizes[0], sizes[1], sizes[2], file_.name(), "sizes");
+  for (std::size_t axis = 0; axis < axis_count; ++axis) axes_.push_back(axis);
+  dropAxes();
+  dropLast(4);
+  takeSampleAxis();
+  // Behind one slice there may be frames of it.
+  if (axes_.size() != 4 || !isElsewhere(axes_[3])) dropLast(3);
+  if (axes_.size() > 4) {
+    failData("{}: dimension: {} axes are longer than 1; three, one of frames and one of samples can be read",
+             file_.name(), axes_.size());
+  }
+  if (axes_.size() == 4) {
+    header_.frames = sizeOf(3);
+    axes_.pop_back();
+  }
+  std::array<std::int64_t, 3> sides{1, 1, 1};
+  for (std::size_t i = 0; i < axes_.size(); ++i) sides[i] = sizeOf(i);
+  header_.dims = checkedDims(sides[0], sides[1], sides[2], file_.name(), "sizes");
 }
 
-// "(1,0,0) none (0,1,0)"; two components are completed by 0
-std::vector<std::optional<glm::dvec3>> NrrdReader::vectors(const std::string& name, std::string_view text) const {
-  std::vector<std::optional<glm::dvec3>> result;
-  while (!(text = trimmed(text)).empty()) {
-    if (text.starts_with("none")) {
-      result.emplace_back();
-      text.remove_prefix(4);
-      continue;
-    }
-    const std::size_t close = text.find(')');
-    if (!text.starts_with('(') || close == std::string_view::npos) {
-      failData("{}: {}: '{}' is no vector", file_.name(), name, text.substr(0, 40));
-    }
-    std::string inside(text.substr(1, close - 1));
-    std::replace(inside.begin(), inside.end(), ',', ' ');
-    const auto numbers = words(inside);
-    if (numbers.size() < 2 || numbers.size() > 3) {
-      failData("{}: {}: a vector has {} components; 2 or 3 can be read", file_.name(), name, numbers.size());
-    }
-    glm::dvec3 vector{0};
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      const auto number = parseReal(numbers[i]);
-      if (!number || !std::isfinite(*number)) {
-        failData("{}: {}: '{}' is no finite number", file_.name(), name, numbers[i]);
-      }
-      vector[static_cast<int>(i)] = *number;
-    }
-    result.emplace_back(vector);
-    text.remove_prefix(close + 1);
+// A left-handed world would be seen as its mirror image.
+void NrrdReader::turnToTheRight() {
+  const WorldSpace space = worldSpace(header_.space);
+  if (space.is_left_handed) {
+    Geometry& geometry = header_.geometry;
+    for (glm::dvec3& axis : geometry.axes) axis.x = -axis.x;
+    if (geometry.first_center) geometry.first_center->x = -geometry.first_center->x;
+    if (geometry.corner) geometry.corner->x = -geometry.corner->x;
+    header_.notes.push_back(fmt::format(
+        "space {} is left-handed: its first axis is turned round, so that the world is {}", header_.space, space.name));
   }
-  return result;
-}
-
-// The step along each of the file's axes, as far as `space directions` or `spacings` give one.
-std::vector<std::optional<glm::dvec3>> NrrdReader::axisSteps() const {
-  if (const std::string* directions = find("space directions")) {
-    auto steps = vectors("space directions", *directions);
-    if (steps.size() != axis_count_) {
-      failData("{}: space directions: {} are given, dimension is {}", file_.name(), steps.size(), axis_count_);
-    }
-    return steps;
-  }
-  std::vector<std::optional<glm::dvec3>> steps(axis_count_);
-  const std::string* spacings = find("spacings");
-  if (spacings == nullptr) return steps;
-  const auto numbers = words(*spacings);
-  if (numbers.size() != axis_count_) {
-    failData("{}: spacings: {} are given, dimension is {}", file_.name(), numbers.size(), axis_count_);
-  }
-  for (std::size_t i = first_space_axis_; i < end_space_axis_; ++i) {
-    const auto number = parseReal(numbers[i]);
-    if (!number) failData("{}: spacings: '{}' is no number", file_.name(), numbers[i]);
-    if (std::isnan(*number)) continue;  // "not known"
-    glm::dvec3 step{0};
-    step[static_cast<int>(i - first_space_axis_)] = *number;
-    steps[i] = step;
-  }
-  return steps;
-}
-
-void NrrdReader::readGeometry() {
-  const auto steps = axisSteps();
-  Geometry& geometry = header_.geometry;
-  for (std::size_t i = first_space_axis_; i < end_space_axis_; ++i) {
-    if (steps[i]) geometry.axes[i - first_space_axis_] = *steps[i];
-  }
-  // One slice that lies obliquely: the axis that the file does not have stands upright on the two that it has.
-  const glm::dvec3 normal = glm::cross(geometry.axes[0], geometry.axes[1]);
-  if (end_space_axis_ - first_space_axis_ == 2 && glm::length(normal) > 0) geometry.axes[2] = glm::normalize(normal);
-  if (const std::string* origin = find("space origin")) {
-    const auto points = vectors("space origin", *origin);
-    if (points.size() != 1) failData("{}: space origin: '{}' is not one point", file_.name(), *origin);
-    geometry.first_center = points[0];
-  }
+  header_.space = space.name;
 }
 
 // What is for people only: a text that is too long to be a name is left out.
 void NrrdReader::readUnits() {
   const auto text = [&](const char* name) {
-    const std::string* value = find(name);
+    const std::string* value = fields_.find(name);
     return value == nullptr || value->size() > kMaxUnitBytes ? std::string() : *value;
   };
   header_.space = text("space");
-  header_.sample_unit = unquoted(text("sample units"));
+  header_.sample_unit = nrrdUnquoted(text("sample units"));
   // One a world axis; or one a file axis, where those of samples have "" or ???.
-  const std::string units = text(find("space units") != nullptr ? "space units" : "units");
+  const std::string units = text(fields_.find("space units") != nullptr ? "space units" : "units");
   std::string unit;
   for (std::string_view rest = trimmed(units); !rest.empty(); rest = trimmed(rest)) {
     const std::size_t end = rest.starts_with('"') ? rest.find('"', 1) : rest.find(' ');
-    const std::string own = unquoted(rest.substr(0, end == std::string_view::npos || rest[0] != '"' ? end : end + 1));
+    const std::string own =
+        nrrdUnquoted(rest.substr(0, end == std::string_view::npos || rest[0] != '"' ? end : end + 1));
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     if (own.empty() || own == "???") continue;
     if (!unit.empty() && own != unit) return;
@@ -365,7 +279,8 @@ void NrrdReader::readUnits() {
 // What our own keys say goes before the fields, which could not hold it.
 void NrrdReader::readKeys() {
   const bool is_one = header_.is_color && header_.format.channels > 1;
-  NrrdKeys keys = readNrrdKeys(own_, is_one ? 1 : static_cast<std::size_t>(header_.format.channels), file_.name());
+  NrrdKeys keys =
+      readNrrdKeys(fields_.own, is_one ? 1 : static_cast<std::size_t>(header_.format.channels), file_.name());
   if (!keys.space.empty()) header_.space = std::move(keys.space);
   if (!keys.length_unit.empty()) header_.length_unit = std::move(keys.length_unit);
   header_.geometry.corner = keys.corner;
@@ -374,6 +289,6 @@ void NrrdReader::readKeys() {
 
 }  // namespace
 
-NrrdHeader readNrrdHeader(const InputFile& file) { return NrrdReader(file).read(); }
+NrrdHeader readNrrdHeader(const InputFile& file, bool is_chosen) { return NrrdReader(file, is_chosen).read(); }
 
 }  // namespace blockwalk

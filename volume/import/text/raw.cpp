@@ -58,7 +58,9 @@ std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const Imp
 
   const bool fits = options.skip_bytes <= file->bytes() && bytes == file->bytes() - options.skip_bytes;
   if (!fits && startsLikeGzip(*file, 0)) {
-    return makeSampleArray(std::move(array), options, readCompressedBytes(file, 0, options.skip_bytes, bytes));
+    return makeSampleArray(std::move(array), options, [&] {
+      return readPackedBytes(Packing::gzip, file, 0, options.skip_bytes, bytes, Behind::nothing);
+    });
   }
   if (!fits) {
     failData("{}: the file has {} bytes; {} x {} x {} voxels of {} after {} skipped bytes take {}", name, file->bytes(),
@@ -66,7 +68,7 @@ std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const Imp
              options.raw_channels > 1 ? fmt::format("{} x {}", options.raw_channels, *options.type) : *options.type,
              options.skip_bytes, options.skip_bytes + bytes);
   }
-  return makeSampleArray(std::move(array), options, readFileBytes(file, options.skip_bytes, bytes));
+  return makeSampleArray(std::move(array), options, [&] { return readFileBytes(file, options.skip_bytes, bytes); });
 }
 
 }  // namespace blockwalk

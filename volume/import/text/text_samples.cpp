@@ -2,20 +2,45 @@
 #include "volume/import/text/text_samples.h"
 
 #include <charconv>
+#include <cmath>
 #include <cstring>
+#include <limits>
 #include <string>
+#include <string_view>
+#include <type_traits>
 
 #include "volume/error.h"
+#include "volume/import/header_text.h"
 
 namespace blockwalk {
 namespace {
+
+// A whole number that is written as a real one: 12.0, 3e2.
+template <typename T>
+bool parseWhole(std::string_view text, T& value) {
+  const auto real = parseReal(text);
+  if (!real || *real != std::trunc(*real)) return false;
+  const double beyond = std::ldexp(1.0, std::numeric_limits<T>::digits);
+  if (*real < static_cast<double>(std::numeric_limits<T>::min()) || *real >= beyond) return false;
+  value = static_cast<T>(*real);
+  return true;
+}
+
+// Other programs write a plus in front, which std::from_chars does not take.
+template <typename T>
+bool parseSample(std::string_view text, T& value) {
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  const auto [stop, failure] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (failure == std::errc{} && stop == text.data() + text.size()) return true;
+  if constexpr (std::is_integral_v<T>) return parseWhole(text, value);
+  return false;
+}
 
 template <typename T>
 void appendSample(std::vector<std::byte>& samples, const InputFile& file, SampleType type, const char* begin,
                   const char* end) {
   T value{};
-  const auto [stop, failure] = std::from_chars(begin, end, value);
-  if (failure != std::errc{} || stop != end) {
+  if (!parseSample(std::string_view(begin, static_cast<std::size_t>(end - begin)), value)) {
     failData("{}: value {} is '{}', which is no {}", file.name(), samples.size() / sizeof(T), std::string(begin, end),
              sampleTypeName(type));
   }
@@ -43,6 +68,8 @@ Append appendFor(SampleType type) {
       return appendSample<std::uint64_t>;
     case SampleType::i64:
       return appendSample<std::int64_t>;
+    case SampleType::f16:
+      break;  // no text header has it
     case SampleType::f32:
       return appendSample<float>;
     case SampleType::f64:
@@ -78,6 +105,35 @@ std::vector<std::byte> readTextSamples(const InputFile& file, std::uint64_t firs
     begin = text.find_first_not_of(kSeparators, end);
   }
   if (found != count) failData("{}: {} values were declared, {} are written", file.name(), count, found);
+  return samples;
+}
+
+std::vector<std::byte> readHexSamples(const InputFile& file, std::uint64_t first, std::uint64_t bytes,
+                                      std::uint64_t memory_bytes) {
+  const std::uint64_t text_bytes = file.bytes() - std::min(first, file.bytes());
+  if (bytes > text_bytes / 2) {
+    failData("{}: {} bytes were declared, {} characters of hexadecimal text follow", file.name(), bytes, text_bytes);
+  }
+  if (text_bytes + bytes > memory_bytes) {
+    failData("{}: values written as text need {} bytes of memory, {} are allowed; raise --memory", file.name(),
+             text_bytes + bytes, memory_bytes);
+  }
+  std::string text(text_bytes, '\0');
+  file.read(first, std::as_writable_bytes(std::span(text)));
+  std::vector<std::byte> samples(bytes);
+  std::uint64_t digits = 0;
+  for (const char letter : text) {
+    if (letter == ' ' || letter == '\t' || letter == '\r' || letter == '\n') continue;
+    unsigned digit = 0;
+    if (std::from_chars(&letter, &letter + 1, digit, 16).ec != std::errc{}) {
+      failData("{}: digit {} of the hexadecimal data is '{}'", file.name(), digits, letter);
+    }
+    if (digits / 2 < bytes) samples[digits / 2] |= static_cast<std::byte>(digits % 2 == 0 ? digit << 4 : digit);
+    ++digits;
+  }
+  if (digits != 2 * bytes) {
+    failData("{}: {} bytes were declared, {} hexadecimal digits are written", file.name(), bytes, digits);
+  }
   return samples;
 }
 

@@ -11,10 +11,14 @@
 
 namespace blockwalk {
 
-// `count` numbers from byte `first` to the end of the file, separated by white space or commas, as samples of this
-// machine's byte order. Held in memory: throws DataError when text and samples exceed `memory_bytes`, when there are
-// more or fewer numbers, or when one does not fit the type.
+// `count` numbers, maybe with a sign in front, from byte `first` to the end of the file, separated by white space or
+// commas, as samples of this machine's byte order. Held in memory: throws DataError when text and samples exceed
+// `memory_bytes`, when there are more or fewer numbers, or when one does not fit the type.
 std::vector<std::byte> readTextSamples(const InputFile& file, std::uint64_t first, SampleType type, std::uint64_t count,
                                        std::uint64_t memory_bytes);
+
+// `bytes` bytes, two hexadecimal digits each, with white space anywhere; the same otherwise.
+std::vector<std::byte> readHexSamples(const InputFile& file, std::uint64_t first, std::uint64_t bytes,
+                                      std::uint64_t memory_bytes);
 
 }  // namespace blockwalk

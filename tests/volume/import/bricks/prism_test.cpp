@@ -101,7 +101,7 @@ TEST(ImportPrism, ReadsBricksOfAllSizesInBothOrders) {
       EXPECT_EQ(source->info().dims, kDims) << "where the bricks end";
       EXPECT_EQ(source->info().type, width == 1 ? VoxelType::u8 : VoxelType::u16);
       EXPECT_EQ(source->info().format, "prism");
-      EXPECT_THAT(source->info().note, HasSubstr("true size"));
+      EXPECT_THAT(source->info().notes, testing::ElementsAre(HasSubstr("true size")));
       EXPECT_EQ(source->info().world_from_index, glm::dmat4(glm::dvec4(1, 0, 0, 0), glm::dvec4(0, 1.5, 0, 0),
                                                             glm::dvec4(0, 0, 2, 0), glm::dvec4(0, 0, 0, 1)));
       for (const int rows : {1, 3, 8, 32}) EXPECT_EQ(readAll(*source, rows), box.bytes(width)) << rows;
@@ -146,7 +146,7 @@ TEST(ImportPrism, ATrueSizeCutsThePaddingOff) {
   scratch.write("metadata.json", metadataText({{"0.hz", 8, {0, 0, 0}}}, kRest + R"(,"trueSize":[5,8,3])"));
   const auto source = openSource({scratch.path("")}, {});
   EXPECT_EQ(source->info().dims, glm::ivec3(5, 8, 3));
-  EXPECT_EQ(source->info().note, "");
+  EXPECT_THAT(source->info().notes, testing::IsEmpty());
   Box cut{.dims = {5, 8, 3}};
   for (int i = 0; i < 120; ++i) {
     const glm::ivec3 p(i % 5, i / 5 % 8, i / 40);

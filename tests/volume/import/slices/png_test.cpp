@@ -67,7 +67,7 @@ TEST(ImportPng, ReadsGreyAndColour) {
                                                "cd"))),
             "aaabcccd");
   EXPECT_EQ(importAll(scratch.write("e", pngOf(1, 1, {PNG_COLOR_TYPE_RGB}, std::string("\0\xff\0", 3)))),
-            bytesOf<std::uint8_t>({0, 255, 0, 182}));
+            bytesOf<std::uint8_t>({0, 255, 0, 255}));
 }
 
 TEST(ImportPng, KeepsTheNumbersOfSmallSamples) {

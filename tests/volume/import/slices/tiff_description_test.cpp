@@ -140,13 +140,16 @@ TEST(ImportTiffDescription, TakesSizesUnitsAndColoursOfOme) {
   EXPECT_EQ(unit(std::string(65, 'u'))->info().length_unit, "");
 
   // What is said in part, or in units that do not go together, says nothing.
-  for (const char* part : {"SizeC='2' SizeZ='2' PhysicalSizeX='2' PhysicalSizeY='2'>",
+  for (const char* part : {"SizeC='2' SizeZ='2' PhysicalSizeY='2' PhysicalSizeZ='2'>",
                            "SizeC='1' SizeZ='4' PhysicalSizeX='2' PhysicalSizeY='2' PhysicalSizeZ='2' "
-                           "PhysicalSizeYUnit='ft'>",
+                           "PhysicalSizeYUnit='ell'>",
                            "SizeC='1' SizeZ='4'>"}) {
     EXPECT_EQ(sides(*open(part)), glm::dvec3(1)) << part;
     EXPECT_EQ(open(part)->info().length_unit, "") << part;
   }
+  const auto flat = open("SizeC='2' SizeZ='2' PhysicalSizeX='2' PhysicalSizeY='3'>");
+  EXPECT_EQ(sides(*flat), glm::dvec3(2, 3, 2));
+  EXPECT_THAT(flat->info().notes, testing::ElementsAre(HasSubstr("PhysicalSizeZ is not said")));
   // The user's spacing wins; colours that are none are left out.
   ImportOptions spaced;
   spaced.spacing = glm::dvec3(3, 4, 5);

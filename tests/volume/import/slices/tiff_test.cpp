@@ -57,7 +57,7 @@ TEST(ImportTiff, UnpacksBitsAndPalettes) {
   green[2] = 10 * 257;
   const auto colors = [&](TIFF* tiff) { TIFFSetField(tiff, TIFFTAG_COLORMAP, red.data(), green.data(), blue.data()); };
   EXPECT_EQ(importAll(writePacked(scratch, indexed, "\x12", colors)),
-            bytesOf<std::uint8_t>({255, 0, 0, 54, 0, 10, 0, 7}));
+            bytesOf<std::uint8_t>({255, 0, 0, 255, 0, 10, 0, 10}));
 }
 
 TEST(ImportTiff, DividesPremultipliedColour) {

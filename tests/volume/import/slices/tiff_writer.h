@@ -25,6 +25,10 @@ struct PageKind {
   int tile = 0;
   int alpha = EXTRASAMPLE_UNASSALPHA;
   const char* description = nullptr;
+  int orientation = 0;  // 0: not said
+  float x_resolution = 0;
+  float y_resolution = 0;
+  int resolution_unit = 0;
 };
 
 inline void setFields(TIFF* tiff, const PageKind& kind) {
@@ -39,6 +43,10 @@ inline void setFields(TIFF* tiff, const PageKind& kind) {
   const std::uint16_t extra = static_cast<std::uint16_t>(kind.alpha);
   if (kind.samples == 2 || kind.samples == 4) TIFFSetField(tiff, TIFFTAG_EXTRASAMPLES, 1, &extra);
   if (kind.description != nullptr) TIFFSetField(tiff, TIFFTAG_IMAGEDESCRIPTION, kind.description);
+  if (kind.orientation > 0) TIFFSetField(tiff, TIFFTAG_ORIENTATION, kind.orientation);
+  if (kind.x_resolution > 0) TIFFSetField(tiff, TIFFTAG_XRESOLUTION, static_cast<double>(kind.x_resolution));
+  if (kind.y_resolution > 0) TIFFSetField(tiff, TIFFTAG_YRESOLUTION, static_cast<double>(kind.y_resolution));
+  if (kind.resolution_unit > 0) TIFFSetField(tiff, TIFFTAG_RESOLUTIONUNIT, kind.resolution_unit);
   if (kind.tile > 0) {
     TIFFSetField(tiff, TIFFTAG_TILEWIDTH, kind.tile);
     TIFFSetField(tiff, TIFFTAG_TILELENGTH, kind.tile);

@@ -60,9 +60,12 @@ TEST(ImportRaw, MakesDensityOfColour) {
   const Scratch scratch;
   const auto file = scratch.write("a", bytesOf<std::uint8_t>({255, 0, 0, 10, 200, 30, 255, 255, 255}));
   auto options = rawOptions({3, 1, 1}, "rgb8");
-  EXPECT_EQ(importAll(file, options), bytesOf<std::uint8_t>({255, 0, 0, 54, 10, 200, 30, 147, 255, 255, 255, 255}));
+  const std::string largest = bytesOf<std::uint8_t>({255, 0, 0, 255, 10, 200, 30, 200, 255, 255, 255, 255});
+  EXPECT_EQ(importAll(file, options), largest) << "a dye is as dense as it is bright, whatever its colour";
   options.density = DensityRule::max;
-  EXPECT_EQ(importAll(file, options), bytesOf<std::uint8_t>({255, 0, 0, 255, 10, 200, 30, 200, 255, 255, 255, 255}));
+  EXPECT_EQ(importAll(file, options), largest);
+  options.density = DensityRule::luminance;
+  EXPECT_EQ(importAll(file, options), bytesOf<std::uint8_t>({255, 0, 0, 54, 10, 200, 30, 147, 255, 255, 255, 255}));
   options.density = DensityRule::alpha;
   EXPECT_THAT(refusal({file}, options), HasSubstr("density"));
   options = rawOptions({9, 1, 1}, "u8");
