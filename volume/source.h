@@ -47,11 +47,12 @@ struct SourceChannel {
   double value_offset = 0;
   std::string unit = {};                                            // of data values, where the source says it
   std::optional<std::array<std::uint8_t, 3>> color = std::nullopt;  // to show it in, where the source says one
+  bool is_labels = false;                                           // the source says that the values are labels
 };
 
 struct SourceInfo {
   std::string name;    // for people and messages: file name without folders
-  std::string format;  // "raw", "nrrd", "metaimage", "png", "tiff", "prism", "idx", "demo"
+  std::string format;  // "raw", "nrrd", "metaimage", "nifti", "png", "tiff", "prism", "idx", "demo"
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   glm::dmat4 world_from_index{1.0};

@@ -112,6 +112,7 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
     if (source.type != VoxelType::rgba8) info.channels[channel].color = source.channels[channel].color;
     info.channels[channel].value_scale = source.channels[channel].value_scale;
     info.channels[channel].value_offset = source.channels[channel].value_offset;
+    if (source.channels[channel].is_labels) info.channels[channel].values = ChannelValues::labels;
   }
   info.metadata.source_name = plainText(source.name);
   info.metadata.source_kind = source.format;
@@ -133,7 +134,9 @@ VolumeInfo describeScanned(VolumeInfo info, const Scan& scan, const BuildOptions
     ChannelInfo& channel = info.channels[i];
     scan.statistics[i].describe(channel, scan.thresholds[i], options.mask_bins);
     if (options.values == ValuesRule::labels) channel.values = ChannelValues::labels;
-    if (options.values == ValuesRule::guess) {
+    // What the source says need not be guessed.
+    if (options.values == ValuesRule::intensity) channel.values = ChannelValues::intensity;
+    if (options.values == ValuesRule::guess && channel.values != ChannelValues::labels) {
       channel.values = scan.guesses[i].guess(scan.statistics[i].distinctAbove(channel.empty_threshold));
     }
     if (channel.values == ChannelValues::labels && options.mask_bins == MaskBins::automatic) {

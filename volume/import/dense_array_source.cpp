@@ -169,6 +169,7 @@ void describeAs(const SourceChannel& said, bool has_name, SourceChannel& channel
   if (has_name) channel.name = said.name;
   if (!said.unit.empty()) channel.unit = said.unit;
   channel.color = said.color;
+  channel.is_labels = said.is_labels;
   channel.value_offset = said.value_offset + said.value_scale * channel.value_offset;
   channel.value_scale *= said.value_scale;
 }

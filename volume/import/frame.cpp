@@ -9,14 +9,15 @@ std::uint64_t chosenFrame(const ImportOptions& options, std::int64_t frames, con
                           const std::string& field, std::vector<std::string>& notes) {
   if (frames == 1 && options.frame.value_or(0) == 0) return 0;
   if (!options.frame) {
-    failData("{}: {}: the file holds {} volumes, one after the other; choose one with --frame 0 to {}", source, field,
-             frames, frames - 1);
+    notes.push_back(
+        fmt::format("{}: of {} volumes, one after the other, it is the first; --frame chooses another", field, frames));
+    return 0;
   }
   if (*options.frame < 0 || *options.frame >= frames) {
     failData("{}: {}: --frame {} is outside 0..{}", source, field, *options.frame, frames - 1);
   }
-  notes.push_back(fmt::format("of {} volumes, one after the other, it is the one that is counted {} from 0", frames,
-                              *options.frame));
+  notes.push_back(fmt::format("{}: of {} volumes, one after the other, it is the one that is counted {} from 0", field,
+                              frames, *options.frame));
   return static_cast<std::uint64_t>(*options.frame);
 }
 

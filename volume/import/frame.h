@@ -10,8 +10,8 @@
 
 namespace blockwalk {
 
-// The frame that the options choose of `frames`, and a note of it. Throws DataError, naming `source` and `field`, where
-// they choose none of several, or one that is not there.
+// The frame that the options choose of `frames`, else the first, and a note of it where there are several. Throws
+// DataError, naming `source` and `field`, for one that is not there.
 std::uint64_t chosenFrame(const ImportOptions& options, std::int64_t frames, const std::string& source,
                           const std::string& field, std::vector<std::string>& notes);
 

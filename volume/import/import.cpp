@@ -37,7 +37,9 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
   const FileKind kind = fileKind(*file);
   if (kind == FileKind::png || kind == FileKind::tiff) return openStack({path}, file->name(), options);
   if (kind == FileKind::unknown) {
-    failData("{}: is no NRRD, MetaImage, PNG, TIFF, PRISM or IDX file; raw data needs --dims and --type", file->name());
+    if (const auto header = niftiHeaderOf(path)) return openFile(*header, options);
+    failData("{}: is no NRRD, MetaImage, NIfTI, PNG, TIFF, PRISM or IDX file; raw data needs --dims and --type",
+             file->name());
   }
   if (options.dims || options.type || options.big_endian || options.skip_bytes > 0 || options.planar) {
     failData("{}: says its size and type itself; leave --dims, --type, --big-endian, --skip and --planar out",
@@ -45,6 +47,7 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
   }
   if (kind == FileKind::prism) return openPrism(file, options);
   if (kind == FileKind::idx) return openIdx(file, options);
+  if (kind == FileKind::nifti) return openNifti(file, options);
   return kind == FileKind::nrrd ? openNrrd(file, options) : openMetaImage(file, options);
 }
 

@@ -4,6 +4,7 @@
 
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "volume/import/import.h"
@@ -14,6 +15,9 @@ namespace blockwalk {
 std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openNifti(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+// The header of an image that has it in a file of its own; nothing where there is none beside it.
+std::optional<std::filesystem::path> niftiHeaderOf(const std::filesystem::path& image);
 std::unique_ptr<Source> openIdx(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 // The file is the folder's metadata.json.
 std::unique_ptr<Source> openPrism(std::shared_ptr<const InputFile> file, const ImportOptions& options);

@@ -1,10 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volume/import/sniff.h"
 
+#include <array>
+#include <memory>
 #include <string>
 #include <string_view>
 
+#include "volume/error.h"
 #include "volume/import/header_text.h"
+#include "volume/import/nifti/nifti_header.h"
+#include "volume/import/packed_stream.h"
 
 namespace blockwalk {
 namespace {
@@ -33,6 +38,27 @@ bool startsLikePrism(std::string_view text) {
 
 }  // namespace
 
+bool startsLikeGzip(const InputFile& file, std::uint64_t offset) {
+  std::array<std::byte, 2> magic{};
+  return file.readSome(offset, magic) == 2 && magic[0] == std::byte{0x1f} && magic[1] == std::byte{0x8b};
+}
+
+std::vector<std::byte> firstBytes(const InputFile& file, std::size_t count) {
+  std::vector<std::byte> start(count);
+  if (!startsLikeGzip(file, 0)) {
+    start.resize(file.readSome(0, start));
+    return start;
+  }
+  // The stream shares ownership of nothing here: `file` outlives it.
+  const auto stream = openPacked(Packing::gzip, std::shared_ptr<const InputFile>(std::shared_ptr<void>(), &file), 0);
+  try {
+    start.resize(stream->read(start));
+  } catch (const DataError&) {
+    start.clear();  // packed, and broken so soon: nothing that is known
+  }
+  return start;
+}
+
 FileKind fileKind(const InputFile& file) {
   std::string start(1024, '\0');
   start.resize(file.readSome(0, std::as_writable_bytes(std::span(start))));
@@ -45,6 +71,7 @@ FileKind fileKind(const InputFile& file) {
   if (startsLikeMetaImage(start)) return FileKind::metaimage;
   if (startsLikePrism(start)) return FileKind::prism;
   if (trimmed(start).starts_with("(version)")) return FileKind::idx;
+  if (startsLikeNifti(firstBytes(file, kNiftiHeaderBytes))) return FileKind::nifti;
   return FileKind::unknown;
 }
 

@@ -2,12 +2,21 @@
 // What a file is, by its first bytes.
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
 #include "volume/import/input_file.h"
 
 namespace blockwalk {
 
-enum class FileKind { unknown, nrrd, metaimage, png, tiff, prism, idx };
+enum class FileKind { unknown, nrrd, metaimage, png, tiff, prism, idx, nifti };
 
 FileKind fileKind(const InputFile& file);
+
+// Up to `count` bytes from the start of the file, unpacked where it is packed with gzip.
+std::vector<std::byte> firstBytes(const InputFile& file, std::size_t count);
+
+bool startsLikeGzip(const InputFile& file, std::uint64_t offset);
 
 }  // namespace blockwalk

@@ -9,6 +9,7 @@
 #include "volume/import/dense_array_source.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
+#include "volume/import/sniff.h"
 
 namespace blockwalk {
 namespace {
@@ -36,11 +37,6 @@ SampleFormat rawFormat(const std::string& source, const ImportOptions& options) 
     return {known.type, std::max(known.channels, options.raw_channels), swap && sampleBytes(known.type) > 1};
   }
   failData("{}: type '{}' is none of u8 i8 u16 i16 u32 i32 f32 f64 rgb8 rgba8", source, *options.type);
-}
-
-bool startsLikeGzip(const InputFile& file, std::uint64_t offset) {
-  std::array<std::byte, 2> magic{};
-  return file.readSome(offset, magic) == 2 && magic[0] == std::byte{0x1f} && magic[1] == std::byte{0x8b};
 }
 
 }  // namespace

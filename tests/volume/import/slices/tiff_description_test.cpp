@@ -50,13 +50,15 @@ TEST(ImportTiffDescription, RefusesHyperstacksAndMixtures) {
   const PageKind uneven{.description = "ImageJ=1.54f\nimages=5\nchannels=2\nhyperstack=true\n"};
   EXPECT_THAT(refusal({writeTiff(scratch, uneven, 5)}), HasSubstr("5 pages, which are no whole slices of 2"));
   const PageKind frames{.description = "ImageJ=1.54f\nimages=4\nslices=2\nframes=2\n"};
-  EXPECT_THAT(refusal({writeTiff(scratch, frames, 4)}), HasSubstr("frames=2"));
+  EXPECT_THAT(openSource({writeTiff(scratch, frames, 4)}, {})->info().notes,
+              testing::ElementsAre(AllOf(HasSubstr("frames=2"), HasSubstr("--frame"))));
   const PageKind hidden{.description = "ImageJ=1.54f\nimages=9\nslices=9\n"};
   EXPECT_THAT(refusal({writeTiff(scratch, hidden)}), HasSubstr("images=9"));
   const PageKind ome{.description = "<?xml?><OME><Pixels SizeC=\"3\"/></OME>"};
   EXPECT_THAT(refusal({writeTiff(scratch, ome, 4)}), HasSubstr("SizeC=\"3"));
   const PageKind times{.description = "<?xml?><OME><Pixels SizeC=\"1\" SizeT=\"3\"/></OME>"};
-  EXPECT_THAT(refusal({writeTiff(scratch, times, 3)}), HasSubstr("SizeT=\"3"));
+  EXPECT_THAT(openSource({writeTiff(scratch, times, 3)}, {})->info().notes,
+              testing::ElementsAre(AllOf(HasSubstr("SizeT=\"3"), HasSubstr("--frame"))));
   const PageKind slices{.description = "ImageJ=1.54f\nimages=2\nslices=2\n"};
   EXPECT_EQ(importAll(writeTiff(scratch, slices, 2)), pixelsOf(slices, 0) + pixelsOf(slices, 1));
 

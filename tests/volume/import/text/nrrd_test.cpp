@@ -175,8 +175,6 @@ TEST(ImportNrrd, NamesTheFieldThatIsWrong) {
       {"NRRD0004\ntype: uchar\ndimension: 3\nsizes: 65536 65536 65536\nencoding: raw\n\nabcd", "sizes"},
       {"NRRD0004\ntype: uchar\ndimension: 5\nsizes: 2 2 2 2 2\nencoding: raw\n\nabcd", "dimension"},
       {"NRRD0004\ntype: uchar\ndimension: 17\nsizes: 1\nencoding: raw\n\nabcd", "dimension"},
-      {"NRRD0004\ntype: uchar\ndimension: 4\nsizes: 2 1 2 2\nkinds: space space space time\nencoding: raw\n\nabcdefgh",
-       "--frame 0 to 1"},
       {kSmall + "\nabc", "sizes"},
       {kSmall + "encoding: raw\n\nabcd", "encoding"},
       {kSmall + "no field\n\nabcd", "no field"},
