@@ -11,6 +11,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "volume/error.h"
@@ -60,6 +61,7 @@ struct SourceInfo {
   std::string space = {};        // what its axes are
   std::vector<SourceChannel> channels = std::vector<SourceChannel>(1);  // 1..kMaxChannels, all of `type`
   bool random_access = false;                                           // rows may be asked for in any order
+  std::vector<std::pair<std::string, std::string>> facts = {};  // for the file's metadata: key, and value for people
   std::vector<std::string> notes =
       {};  // for people who import it: what was guessed, missing or passed over; mostly none
   // Of a source that says where it is blank: the one voxel that it has there, channel after channel, in the stored

@@ -26,6 +26,7 @@ struct ImportCommand {
   std::string channels = "auto";
   std::vector<std::string> channel_names;
   std::optional<std::int64_t> frame;
+  std::string series;
   std::string values = "auto";
   bool planar = false;
   bool big_endian = false;
@@ -44,6 +45,7 @@ struct ImportCommand {
     if (channels.size() == 1) options.raw_channels = channels[0] - '0';
     options.channel_names = channel_names;
     options.frame = frame;
+    if (!series.empty()) options.series = series;
     options.planar = planar;
     options.big_endian = big_endian;
     options.skip_bytes = parseByteSize("--skip", skip);
@@ -114,8 +116,8 @@ void addImportCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("import", "Make a volume from image files");
   command
       ->add_option("SOURCE", import->sources,
-                   "NRRD, MetaImage, OpenVisus IDX, raw or TIFF file, PNG or TIFF slices, or a folder of slices or of "
-                   "PRISM's bricks")
+                   "NRRD, MetaImage, NIfTI, DICOM, OpenVisus IDX, raw or TIFF file, PNG or TIFF slices, or a folder "
+                   "of slices, of a DICOM series or of PRISM's bricks")
       ->required();
   command->add_option("--dims", import->dims, "raw: size in voxels; PNG: size of the slices tiled on one image")
       ->type_name("XxYxZ");
@@ -142,6 +144,9 @@ void addImportCommand(CLI::App& app) {
       ->check(CLI::IsMember({"auto", "intensity", "labels"}));
   command->add_option("--frame", import->frame, "which of several volumes in one file, counted from 0")
       ->check(CLI::NonNegativeNumber);
+  command
+      ->add_option("--series", import->series, "DICOM: which of several series, by its number in their list or its UID")
+      ->type_name("N|UID");
   command->add_flag("--planar", import->planar, "raw: channel after channel instead of voxel after voxel");
   command->add_flag("--verify", import->verify, "read everything back and compare every voxel");
   import->build.add(*command);

@@ -118,6 +118,7 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
   info.metadata.source_kind = source.format;
   info.metadata.length_unit = plainText(source.length_unit);
   info.metadata.space = plainText(source.space);
+  for (const auto& [key, value] : source.facts) info.metadata.others.emplace_back(key, plainText(value));
   return info;
 }
 

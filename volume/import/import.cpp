@@ -38,7 +38,7 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
   if (kind == FileKind::png || kind == FileKind::tiff) return openStack({path}, file->name(), options);
   if (kind == FileKind::unknown) {
     if (const auto header = niftiHeaderOf(path)) return openFile(*header, options);
-    failData("{}: is no NRRD, MetaImage, NIfTI, PNG, TIFF, PRISM or IDX file; raw data needs --dims and --type",
+    failData("{}: is no NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, PRISM or IDX file; raw data needs --dims and --type",
              file->name());
   }
   if (options.dims || options.type || options.big_endian || options.skip_bytes > 0 || options.planar) {
@@ -48,7 +48,28 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
   if (kind == FileKind::prism) return openPrism(file, options);
   if (kind == FileKind::idx) return openIdx(file, options);
   if (kind == FileKind::nifti) return openNifti(file, options);
+  if (kind == FileKind::dicom) return openDicom({path}, file->name(), options);
   return kind == FileKind::nrrd ? openNrrd(file, options) : openMetaImage(file, options);
+}
+
+// The DICOM files of a folder and of those below it, in an order of their names. None where slices of other kinds lie
+// there too.
+Paths dicomIn(const std::filesystem::path& folder) {
+  constexpr std::size_t kMostFiles = 200000;
+  Paths found;
+  std::size_t looked = 0;
+  std::error_code failure;
+  for (std::filesystem::recursive_directory_iterator at(folder, failure), end; !failure && at != end;
+       at.increment(failure)) {
+    std::error_code unknown;
+    if (!at->is_regular_file(unknown) || at->path().filename().string().starts_with('.')) continue;
+    if (++looked > kMostFiles) failData("{}: holds more than {} files", folder.string(), kMostFiles);
+    const FileKind kind = fileKind(InputFile(at->path()));
+    if (at.depth() == 0 && (kind == FileKind::png || kind == FileKind::tiff)) return {};
+    if (kind == FileKind::dicom) found.push_back(at->path());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
 }
 
 // Of bricks, or of slices, whatever else lies there.
@@ -59,6 +80,9 @@ std::unique_ptr<Source> openFolder(const std::filesystem::path& path, const Impo
     return openFile(metadata, options);
   }
   const auto folder = std::filesystem::absolute(path / "").parent_path();
+  if (const Paths images = dicomIn(path); !images.empty()) {
+    return openDicom(images, folder.filename().string(), options);
+  }
   return openStack(slicesInFolder(path), folder.filename().string(), options);
 }
 
@@ -79,6 +103,9 @@ std::unique_ptr<Source> openSource(const Paths& paths, const ImportOptions& opti
   });
   const auto repeated = std::adjacent_find(slices.begin(), slices.end());
   if (repeated != slices.end()) failData("{}: is named twice", repeated->string());
+  if (fileKind(InputFile(slices.front())) == FileKind::dicom) {
+    return openDicom(slices, slices.front().filename().string(), options);
+  }
   return openStack(slices, slices.front().filename().string(), options);
 }
 

@@ -30,6 +30,7 @@ struct ImportOptions {
   DensityRule density = DensityRule::automatic;  // alpha where there is one, else max
   ChannelRule channels = ChannelRule::automatic;
   std::optional<std::int64_t> frame;       // of a file with several volumes, counted from 0
+  std::optional<std::string> series;       // DICOM: which of several, by its number in the list of them or its UID
   std::vector<std::string> channel_names;  // none, or one a channel
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
 };

@@ -25,6 +25,10 @@ std::unique_ptr<Source> openPrism(std::shared_ptr<const InputFile> file, const I
 // Each path is a source of its own and a channel.
 std::unique_ptr<Source> openSeparate(const std::vector<std::filesystem::path>& paths, const ImportOptions& options);
 
+// The images of one series, in any order; `name` is the volume's.
+std::unique_ptr<Source> openDicom(const std::vector<std::filesystem::path>& paths, const std::string& name,
+                                  const ImportOptions& options);
+
 // A stack of slices, in order; `name` is the stack's.
 std::unique_ptr<Source> openPng(const std::vector<std::filesystem::path>& slices, const std::string& name,
                                 const ImportOptions& options);

@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "volume/error.h"
+#include "volume/import/dicom/dicom_set.h"
 #include "volume/import/header_text.h"
 #include "volume/import/nifti/nifti_header.h"
 #include "volume/import/packed_stream.h"
@@ -63,6 +64,8 @@ FileKind fileKind(const InputFile& file) {
   std::string start(1024, '\0');
   start.resize(file.readSome(0, std::as_writable_bytes(std::span(start))));
   if (start.starts_with("NRRD000")) return FileKind::nrrd;
+  // Before TIFF: in front of DICOM there may be the start of one.
+  if (startsLikeDicom(start)) return FileKind::dicom;
   if (start.starts_with("\x89PNG\r\n\x1a\n")) return FileKind::png;
   for (const std::string_view magic : {std::string_view("II\x2a\0", 4), std::string_view("MM\0\x2a", 4),
                                        std::string_view("II\x2b\0", 4), std::string_view("MM\0\x2b", 4)}) {

@@ -10,7 +10,7 @@
 
 namespace blockwalk {
 
-enum class FileKind { unknown, nrrd, metaimage, png, tiff, prism, idx, nifti };
+enum class FileKind { unknown, nrrd, metaimage, png, tiff, prism, idx, nifti, dicom };
 
 FileKind fileKind(const InputFile& file);
 
