@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // NRRD and MetaImage files, and gzip streams read as raw: opened, and read to the end or to a bound.
+#include <bzlib.h>
 #include <zlib.h>
 
 #include <cstdint>
@@ -24,6 +25,14 @@ std::string packed(const std::string& bytes, int window_bits) {
   deflate(&stream, Z_FINISH);
   result.resize(stream.total_out);
   deflateEnd(&stream);
+  return result;
+}
+
+std::string bzipped(std::string bytes) {
+  std::string result(1000, '\0');
+  auto size = static_cast<unsigned>(result.size());
+  BZ2_bzBuffToBuffCompress(result.data(), &size, bytes.data(), static_cast<unsigned>(bytes.size()), 1, 0, 0);
+  result.resize(size);
   return result;
 }
 
@@ -79,5 +88,16 @@ std::vector<std::string> fuzzSeeds() {
           "blockwalk.channel.0.color:=00ff7f\nblockwalk.channel.0.value_scale:=0.5\n"
           "blockwalk.channel.0.value_offset:=-1e3\nblockwalk.channel.0.unit:=HU\nencoding: raw\n\n" +
           voxels,
+      nrrd + "encoding: hex\n\n" + std::string(256, '7'),
+      nrrd + "encoding: bzip2\n\n" + bzipped(voxels),
+      nrrd + "space: LAST\naxis mins: 0 0 0\naxis maxs: 1 2 3\nencoding: ascii\n\n+1 2.0 3e1 4 5",
+      nrrd + "encoding: raw\ndata file: LIST 2\na.raw\nb.raw\n",
+      nrrd + "encoding: raw\ndata file: ./x%02d.raw 0 1 1 2\n",
+      "NRRD0005\ntype: uchar\ndimension: 6\nsizes: 1 8 4 2 2 1\nkinds: list space space space time none\n"
+      "space: left-anterior-superior-time\nspace directions: none (1,0,0,0) (0,1,0,0) (0,0,1,0) none none\n"
+      "encoding: raw\n\n" +
+          voxels,
+      meta + "ElementToIntensityFunctionSlope = -2\nElementDataFile = ./x%03d.raw 1 2 1\n",
+      meta + "ElementDataFile = LIST 2D\na\nb\n",
   };
 }

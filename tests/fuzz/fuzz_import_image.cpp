@@ -87,6 +87,12 @@ std::vector<std::string> fuzzSeeds() {
           tiffSeed(8, 1, COMPRESSION_NONE, 0, 4,
                    "<OME><Pixels SizeC='2' SizeZ='2' PhysicalSizeX='0.5' PhysicalSizeY='2' PhysicalSizeZ='300' "
                    "PhysicalSizeZUnit='nm'><Channel Color='65535'/><Channel Color='-16711681'/></Pixels></OME>"),
+          tiffSeed(16, 1, COMPRESSION_NONE, 0, 1,
+                   "images=2\nframes=2\nunit=\\u00B5m\nspacing=2\nc0=-32768\nc1=-1\nxorigin=3\n"),
+          tiffSeed(8, 1, COMPRESSION_NONE, 0, 3,
+                   "<OME><Pixels DimensionOrder='XYZCT' SizeZ='3' SizeT='1'><TiffData IFD='2' FirstZ='0'/><TiffData "
+                   "FirstZ='1' IFD='0' PlaneCount='2'><UUID FileName='x.tif'/></TiffData></Pixels></OME>"),
+          tiffSeed(12, 1, COMPRESSION_NONE, 0, 1),
           tiffSeed(16, 1, COMPRESSION_LZW, 0, 1),
           tiffSeed(8, 3, COMPRESSION_ADOBE_DEFLATE, 16, 1),
           tiffSeed(1, 1, COMPRESSION_CCITTFAX4, 0, 1),

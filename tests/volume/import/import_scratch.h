@@ -39,6 +39,8 @@ class Scratch {
   std::filesystem::path path(const std::string& name) const { return folder_ / name; }
   std::filesystem::path write(const std::string& name, std::string_view bytes) const {
     std::filesystem::create_directories(path(name).parent_path());
+    // File systems write at once what replaces another file's bytes, and wait for it.
+    std::filesystem::remove(path(name));
     std::ofstream file(path(name), std::ios::binary);
     file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     return path(name);
