@@ -200,8 +200,11 @@ class NiftiReader {
   double sizeAlong(std::size_t axis) {
     const double size = std::fabs(real(at_.pixdim, axis + 1));
     if (std::isfinite(size) && size > 0) return size;
-    header_.notes.push_back(
-        fmt::format("pixdim[{}]: {} is no size, it is taken to be 1", axis + 1, real(at_.pixdim, axis + 1)));
+    // Of an axis of length 1 nobody needs one.
+    if (header_.dims[static_cast<int>(axis)] > 1) {
+      header_.notes.push_back(
+          fmt::format("pixdim[{}]: {} is no size, it is taken to be 1", axis + 1, real(at_.pixdim, axis + 1)));
+    }
     return 1;
   }
 

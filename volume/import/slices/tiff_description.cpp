@@ -23,6 +23,7 @@ void describeByTags(const TiffFile& file, TiffDescription& description) {
   if (page.orientation > 4) size = glm::dvec2(size.y, size.x);
   description.spacing = glm::dvec3(size, size.x);
   description.spacing_field = "XResolution, YResolution";
+  description.is_depth_guessed = true;
   if (!is_one) description.length_unit = "mm";
 }
 

@@ -35,6 +35,7 @@ struct TiffDescription {
   std::vector<std::optional<std::array<std::uint8_t, 3>>> channel_colors = {};
   std::optional<glm::dvec3> spacing = std::nullopt;  // of voxels, in `length_unit`
   std::string spacing_field = {};                    // that says it
+  bool is_depth_guessed = false;                     // it does not say how far apart slices are
   std::optional<glm::dvec3> corner = std::nullopt;   // of the first voxel, in the world
   std::string length_unit = {};
   double value_scale = 1;  // of single values: data units = offset + scale * sample

@@ -178,6 +178,10 @@ void describePlace(const TiffDescription& said, const ImportOptions& options, co
   info.world_from_index = worldFromIndex(geometry, own_size ? said.spacing : options.spacing, name,
                                          own_size ? said.spacing_field : "spacing");
   info.length_unit = said.length_unit;
+  if (own_size && said.is_depth_guessed && info.dims.z > 1) {
+    info.notes.emplace_back(
+        "the tags do not say how far apart slices are: they are taken to be as far as pixels along x");
+  }
 }
 
 }  // namespace

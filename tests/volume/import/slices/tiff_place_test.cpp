@@ -54,6 +54,8 @@ TEST_F(TiffPlace, ResolutionIsASize) {
   const SourceInfo inch = infoOf(tags(254, 508, RESUNIT_INCH));
   EXPECT_EQ(sidesOf(inch), glm::dvec3(25.4 / 254, 25.4 / 508, 25.4 / 254));
   EXPECT_EQ(inch.length_unit, "mm");
+  EXPECT_THAT(inch.notes, ElementsAre(HasSubstr("how far apart slices are")));
+  EXPECT_THAT(infoOf(tags(254, 508, RESUNIT_INCH), 1).notes, IsEmpty());
   const SourceInfo centimetre = infoOf(tags(1000, 1000, RESUNIT_CENTIMETER));
   EXPECT_EQ(sidesOf(centimetre), glm::dvec3(0.01));
   EXPECT_EQ(centimetre.length_unit, "mm");
