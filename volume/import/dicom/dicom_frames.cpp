@@ -29,7 +29,8 @@ std::size_t unpackRuns(std::span<const std::byte> segment, std::span<std::byte> 
   std::size_t at = first;
   std::size_t filled = 0;
   for (std::size_t i = 0; i < segment.size() && at < out.size();) {
-    const int control = static_cast<std::int8_t>(segment[i++]);
+    const auto raw = std::to_integer<int>(segment[i++]);
+    const int control = raw < 128 ? raw : raw - 256;
     if (control == -128) continue;
     const std::size_t count = static_cast<std::size_t>(control >= 0 ? control + 1 : 1 - control);
     for (std::size_t k = 0; k < count && at < out.size(); ++k, at += step, ++filled) {
