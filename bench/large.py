@@ -54,7 +54,7 @@ class Flight:
 
     def show(self, camera, moves=False):
         self.number += 1
-        compared = {}
+        compared = {"format": "png"}
         if moves and self.number % COMPARED == 0:
             self.shown[self.number] = camera
             compared = {"format": "raw"}

@@ -126,11 +126,14 @@ std::span<const std::uint32_t> PlannedFrame::wantedBits(const PagedPart& part) c
 bool PlannedFrame::noteWanted(WantedBlocks& blocks) {
   bool lacks = false;
   const PagePool::Sweep sweep =
-      order_.as_it_is ? PagePool::Sweep{} : PagePool::Sweep{.begun = begun_moment_, .ahead = ahead_moment_};
+      order_.as_it_is
+          ? PagePool::Sweep{.asker = asker_}
+          : PagePool::Sweep{
+                .asker = asker_, .begun = begun_moment_, .ahead = ahead_moment_ != 0 ? ahead_moment_ : moment_};
   for (const PagedPart& part : bound_.paged) {
     const std::span<const std::uint32_t> words = wantedBits(part);
     for (const std::uint32_t word : words) blocks.wanted += static_cast<std::uint64_t>(std::popcount(word));
-    std::vector<std::uint32_t> absent = part.voxels->note(words, moment_);
+    std::vector<std::uint32_t> absent = part.voxels->note(words, moment_, asker_);
     blocks.absent += absent.size();
     lacks = part.voxels->want(asker_, std::move(absent), sweep) || lacks;
   }

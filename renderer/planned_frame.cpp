@@ -104,7 +104,7 @@ void PlannedFrame::describe() {
   stats.walk = view.walk && skips;
   stats.cull = view.cull && skips;
   stats.level = plan_.level;
-  stats.far_level = plan_.farLevel();
+  stats.far_level = plan_.is_blank ? plan_.level : plan_.farLevel();
   stats.paged = plan_.isPaged();
   stats.is_coarser = plan_.is_coarser;
   stats.kernel = plan_.is_blank ? "blank" : blockwalk::describe(plan_.key);

@@ -164,6 +164,7 @@ void main() {
     for (uint level = 0u; level <= frame.far_count && !ink.done; ++level) {
       Ray part = partOfLevel(ray, level, t_begin);
       enterLevel(level, part);
+      if (ink.transmittance < scene.transmittance_end) part.t_max = part.t_min;  // of the next one at once
       crossed = traverse(part, ink, work);  // blocks are counted of one level
       t_begin = part.t_max;
     }

@@ -110,7 +110,7 @@ struct ViewChoices {
   // cover so many in a row.
   double lod = 2;
   // Reese's lambda, mode blend: how much coarser is what lies behind an opacity, 0: not at all, 1: behind one of 1 the
-  // coarsest.
+  // coarsest, or as coarse as a frame's levels go.
   double lod_alpha = 0;
   std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity
   Finder finder = Finder::automatic;

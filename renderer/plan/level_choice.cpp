@@ -84,7 +84,7 @@ std::vector<FarLevel> farLevels(const ResolvedView& view, const VolumeInfo& info
   const int count = static_cast<int>(info.levels.size());
   for (int coarser = level + 1; coarser < count && levels.size() < gpu::kMaxFarLevels; ++coarser) {
     const double footprint = leastFootprint(view, info, coarser) * view.lod;
-    if (isMeanOfIntensities(view, info, coarser)) continue;
+    if (isMeanOfIntensities(view, info, coarser) || std::isinf(footprint)) continue;
     const Form form = view.mode == Mode::mip && info.has(coarser, Form::maxima) ? Form::maxima : Form::values;
     const double transmittance = leastTransmittance(view, info, level, coarser);
     if (!(farthest > footprint || transmittance > 0) || info.level(coarser, form).block_count == 0) break;

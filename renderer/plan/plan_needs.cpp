@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "renderer/plan/plan_needs.h"
 
+#include <algorithm>
+
 #include "renderer/plan/density_scale.h"
 #include "renderer/plan/transfer_table.h"
 #include "renderer/plan/visible_densities.h"
@@ -20,6 +22,12 @@ TableRecipe tableRecipe(const ResolvedView& view, const VolumeInfo& info, int le
           .integrals = view.classification == Classification::pre_integrated};
 }
 
+// The level whose table a level's densities are looked up in. Where the greatest density of all levels is looked up, or
+// the mean over them, they have one.
+int levelOfTable(const ResolvedView& view, const Plan& plan, int level) {
+  return view.mode == Mode::mip || view.mode == Mode::mean ? std::max(level, plan.farLevel()) : level;
+}
+
 // Of one channel of a level: voxels and what is kept of them, and its table.
 void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn,
                      int level, Form form, bool paged, std::vector<Need>& needs) {
@@ -37,7 +45,9 @@ void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Pla
   if (culls) add(Part::visible_quarters).range = onDevice(drawn.range, info, drawn.channel);
   if (finder == Finder::none) add(Part::empty) = {.part = Part::empty, .apron = plan.apron, .channel = channel};
   if (isScalar(info) && !blocks) {
-    needs.push_back({.part = Part::table, .channel = channel, .table = tableRecipe(view, info, level, drawn)});
+    needs.push_back({.part = Part::table,
+                     .channel = channel,
+                     .table = tableRecipe(view, info, levelOfTable(view, plan, level), drawn)});
   }
 }
 
@@ -49,9 +59,11 @@ void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan
   region.macrocell_voxels = plan.macrocell_voxels;
   for (const ChannelPlan& drawn : plan.channels) {
     const auto channel = static_cast<int>(drawn.channel);
-    const float scale = isScalar(info) && view.mode != Mode::blocks
-                            ? tableSpan(tableRecipe(view, info, of_level.level, drawn), info, drawn.channel).scale
-                            : 1;
+    const float scale =
+        isScalar(info) && view.mode != Mode::blocks
+            ? tableSpan(tableRecipe(view, info, levelOfTable(view, plan, of_level.level), drawn), info, drawn.channel)
+                  .scale
+            : 1;
     region.region.push_back(
         {.channel = channel, .range_mask = drawn.range_mask, .densities = visibleDensities(view, info, drawn, scale)});
     Need& macrocells = needs.emplace_back(of_level);

@@ -20,6 +20,10 @@ constexpr std::uint64_t kBatchBytes = std::uint64_t{4} << 20;
 constexpr std::uint64_t kPageCacheBytes = std::uint64_t{8} << 20;
 constexpr int kMostReaders = 4;
 
+bool isDoneWith(const PagePool::Page& page, std::uint64_t keep_from, const PagePool::Sweep& sweep) {
+  return page.asker == sweep.asker && page.used >= sweep.begun && page.used < std::min(keep_from, sweep.ahead);
+}
+
 }  // namespace
 
 bool PagePool::makeRoom(std::uint64_t bytes, const Sweep& sweep) {
@@ -30,24 +34,33 @@ bool PagePool::makeRoom(std::uint64_t bytes, const Sweep& sweep) {
 std::uint64_t PagePool::evict(std::uint64_t bytes, const Sweep& sweep) {
   const std::uint64_t before = bytes_;
   const std::uint64_t keep_from = held_.empty() ? moment_ + 1 : *held_.begin();
+  Pages::iterator page = pages_.end();
   while (before - bytes_ < bytes && !pages_.empty() && pages_.back().used < keep_from) {
-    Pages::iterator page = firstToGo(keep_from, sweep);
-    // Those that follow it were used no later: of a sweep they go in this order.
-    do {
-      const Pages::iterator next = std::next(page);
-      page->owner->drop(page);
-      page = next;
-    } while (before - bytes_ < bytes && page != pages_.end() && page->used >= sweep.begun);
+    if (page == pages_.end()) page = firstToGo(keep_from, sweep);
+    const Pages::iterator next = std::next(page);
+    const std::uint64_t changes = changes_ + 1;
+    page->owner->drop(page);
+    // What writes its address may itself have made room.
+    const bool goes_on = changes_ == changes && next != pages_.end() && isDoneWith(*next, keep_from, sweep);
+    page = goes_on ? next : pages_.end();
   }
   return before - bytes_;
 }
 
 PagePool::Pages::iterator PagePool::firstToGo(std::uint64_t keep_from, const Sweep& sweep) {
   const Pages::iterator oldest = std::prev(pages_.end());
-  if (oldest->used < sweep.begun) return oldest;
-  const std::uint64_t end = std::min(keep_from, sweep.ahead);
-  const Pages::iterator newest = std::ranges::find_if(pages_, [&](const Page& page) { return page.used < end; });
+  // The one used last comes first: where the oldest is still to be drawn with there is none before it that is not.
+  if (oldest->used < sweep.begun || oldest->used >= std::min(keep_from, sweep.ahead)) return oldest;
+  const Pages::iterator newest =
+      std::ranges::find_if(pages_, [&](const Page& page) { return isDoneWith(page, keep_from, sweep); });
   return newest == pages_.end() ? oldest : newest;
+}
+
+void PagePool::use(Pages::iterator page, std::uint64_t moment, Asker asker) {
+  page->used = moment;
+  page->asker = asker;
+  pages_.splice(pages_.begin(), pages_, page);
+  ++changes_;
 }
 
 void PagePool::awaitTurn(Asker asker) {
@@ -57,20 +70,26 @@ void PagePool::awaitTurn(Asker asker) {
 PagePool::Pages::iterator PagePool::add(Page page) {
   bytes_ += page.voxels.bytes();
   pages_.push_front(std::move(page));
+  ++changes_;
   return pages_.begin();
 }
 
 PagePool::Pages PagePool::unlink(Pages::iterator page) {
   bytes_ -= page->voxels.bytes();
+  ++changes_;
   Pages alone;
   alone.splice(alone.begin(), pages_, page);
   return alone;
 }
 
+// To where it was: among those used as long ago.
 PagePool::Pages::iterator PagePool::relink(Pages page) {
   bytes_ += page.front().voxels.bytes();
-  pages_.splice(pages_.begin(), page);
-  return pages_.begin();
+  ++changes_;
+  const std::uint64_t used = page.front().used;
+  const Pages::iterator at = page.begin();
+  pages_.splice(std::ranges::find_if(pages_, [&](const Page& other) { return other.used <= used; }), page);
+  return at;
 }
 
 PagedVoxels::PagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarters, const StoredVolume& volume,
@@ -92,12 +111,11 @@ PagedVoxels::~PagedVoxels() {
   }
 }
 
-std::vector<std::uint32_t> PagedVoxels::note(std::span<const std::uint32_t> bits, std::uint64_t moment) {
+std::vector<std::uint32_t> PagedVoxels::note(std::span<const std::uint32_t> bits, std::uint64_t moment, Asker asker) {
   std::vector<std::uint32_t> absent;
   forEachBit(bits, [&](std::uint32_t block) {
     if (!isPresent(block)) return absent.push_back(block);
-    (*present_[block])->used = moment;
-    pool_.pages_.splice(pool_.pages_.begin(), pool_.pages_, *present_[block]);
+    pool_.use(*present_[block], moment, asker);
   });
   return absent;
 }
@@ -204,7 +222,9 @@ PagedVoxels::Batch PagedVoxels::readBatch(const std::vector<std::shared_ptr<Bloc
 // False where there is no room for all of it.
 bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
   std::uint64_t bytes = 0;
-  for (const std::vector<std::byte>& voxels : batch.voxels) bytes += voxels.size();
+  for (std::size_t i = 0; i < batch.blocks.size(); ++i) {
+    if (!isPresent(batch.blocks[i])) bytes += batch.voxels[i].size();
+  }
   pool_.makeRoom(bytes, sweep);  // at once, as far as that goes
   std::vector<std::uint32_t> arrived;
   bool has_room = true;
@@ -218,7 +238,7 @@ bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
     if (isPresent(block)) continue;
     has_room = pool_.makeRoom(batch.voxels[i].size(), sweep);
     if (!has_room) break;
-    PagePool::Page page{.owner = this, .block = block, .used = pool_.moment(), .voxels = {}};
+    PagePool::Page page{.owner = this, .block = block, .used = pool_.moment(), .asker = sweep.asker, .voxels = {}};
     try {
       page.voxels = Buffer(device_, batch.voxels[i].size(), BufferUse::resident);
       uploadBytes(device_, page.voxels, batch.voxels[i]);

@@ -6,7 +6,7 @@
 //     | note()  the present ones were used now; the others are absent
 //   want()      in the order of the file
 //     |         read, given their aprons and laid out on a thread of the host's, some at a time
-//   advance()   memory, from the pool: what was used longest ago gives way
+//   advance()   memory, from the pool: what was used longest ago gives way (PagePool::Sweep says when not)
 //     |         the voxels, the address in the block's record, the quarters of every range that is resident
 //   kernel
 //
@@ -36,7 +36,8 @@ class PagePool {
   struct Page {
     PagedVoxels* owner = nullptr;
     std::uint32_t block = 0;
-    std::uint64_t used = 0;  // the newest moment() at which a ray came to it
+    std::uint64_t used = 0;   // the newest moment() at which a ray came to it
+    std::uint64_t asker = 0;  // whose that was
     Buffer voxels;
   };
   using Pages = std::list<Page>;  // the one used last comes first
@@ -69,12 +70,13 @@ class PagePool {
   // A picture that is drawn from above to below, and the next one again. Since `begun` rays have looked for it, and
   // what they came to from `ahead` on is still to be drawn with.
   struct Sweep {
+    Asker asker = 0;
     std::uint64_t begun = std::numeric_limits<std::uint64_t>::max();
     std::uint64_t ahead = 0;
   };
   // Lets go of pages that nobody holds, the one used longest ago first, until so many bytes more may be taken. False
   // where that is not enough. Where all have been used since the sweep has begun it shows more than there is room for:
-  // then what it was done with last goes first, so that the next picture finds what it begins with.
+  // then of its own what it was done with last goes first, so that the next picture finds what it begins with.
   bool makeRoom(std::uint64_t bytes, const Sweep& sweep);
   // The same, until so many bytes have come back; how many did.
   std::uint64_t evict(std::uint64_t bytes, const Sweep& sweep);
@@ -82,6 +84,7 @@ class PagePool {
  private:
   friend class PagedVoxels;
   Pages::iterator firstToGo(std::uint64_t keep_from, const Sweep& sweep);
+  void use(Pages::iterator page, std::uint64_t moment, Asker asker);
   Pages::iterator add(Page page);
   Pages unlink(Pages::iterator page);  // a list of it alone
   Pages::iterator relink(Pages page);
@@ -93,6 +96,7 @@ class PagePool {
   Asker askers_ = 0;
   std::vector<Asker> turns_;  // who has waited longest comes first
   Pages pages_;
+  std::uint64_t changes_ = 0;  // of that list
 };
 
 inline std::uint32_t wordsOfBits(std::uint64_t bits) { return static_cast<std::uint32_t>((bits + 31) / 32); }
@@ -121,9 +125,9 @@ class PagedVoxels {
   std::uint64_t blockCount() const { return present_.size(); }
 
   // `bits` says block by block to which a ray came at `moment`. Those of them that are absent, ascending.
-  std::vector<std::uint32_t> note(std::span<const std::uint32_t> bits, std::uint64_t moment);
-  // What one asks for is not what another waits for.
   using Asker = PagePool::Asker;
+  std::vector<std::uint32_t> note(std::span<const std::uint32_t> bits, std::uint64_t moment, Asker asker);
+  // What one asks for is not what another waits for.
   // What to bring in for him next, ascending, in place of what he wanted and has not begun; but for what could not be
   // read. False where that is nothing.
   bool want(Asker asker, std::vector<std::uint32_t> blocks, const PagePool::Sweep& sweep);

@@ -107,6 +107,34 @@ TEST_F(LevelsTest, AreThoseOfTheReference) {
   }
 }
 
+// Light, pieces between two densities, surfaces and cuts are of the level of each part.
+TEST_F(LevelsTest, LightCutsAndSurfacesAreThoseOfTheReference) {
+  const glm::dmat4 map = glm::dmat4(glm::dmat3(1, 0, 0, 0, 1.2, 0, 0, 0, 1.1));
+  Scene scene = makeScene(*makeSynthetic({.type = VoxelType::u8, .dims = kLong, .seed = 21, .world_from_index = map}),
+                          kSmallBlocks);
+  const auto holds = [&](auto change, double psnr) {
+    View view = alongView(scene.info);
+    view.eye = glm::dvec3(20.3, 29.1, 470);
+    view.filter = Filter::linear;
+    view.lod = 1;
+    view.finder = Finder::grid;
+    change(view);
+    view = resolved(view, scene.info);
+    SCOPED_TRACE(toString(view));
+    const Frame frame = draw(scene, view);
+    EXPECT_GE(frame.stats.far_level, 2);
+    const auto levels = levelsOf(scene, view.mode, frame.stats.far_level + 1);
+    const ImageError error = compareToReference(frame, reference::renderLevels(levels, view), view.background, 0);
+    EXPECT_GE(error.psnr(), psnr) << error.worst;
+    EXPECT_GT(error.drawn, 200u);
+  };
+  holds([](View& view) { view.lit = true; }, kLeastPsnr);
+  holds([](View& view) { view.classification = Classification::pre_integrated; }, kLeastPsnr);
+  holds([](View& view) { view.planes = {{.normal = {0.3, 1, 0.05}, .offset = -28}}; }, kLeastPsnr);
+  holds([](View& view) { view.filter = Filter::nearest; }, kLeastPsnr);
+  holds([](View& view) { view.mode = Mode::iso; }, 40);
+}
+
 // Not by the way to it: finders, walking and culling only skip what shows nothing.
 TEST_F(LevelsTest, AreTheSameHoweverTheyAreFound) {
   Scene scene = longScene(VoxelType::u8);
@@ -153,8 +181,9 @@ TEST_F(LevelsTest, SpecialAndGeneralKernelsDrawTheSame) {
 TEST_F(LevelsTest, WhatIsPagedIsThatOfAllVoxels) {
   Scene scene = longScene(VoxelType::u8);
   std::uint64_t read = 0;
-  for (const std::uint64_t room : {256 * kKib, 512 * kKib, 1024 * kKib}) {
+  for (const std::uint64_t room : {192 * kKib, 256 * kKib, 320 * kKib}) {
     start(scene.path, room);
+    int whole = 0;
     for (const Mode mode : {Mode::blend, Mode::first_hit, Mode::iso, Mode::mip, Mode::mean}) {
       for (const Filter filter : {Filter::nearest, Filter::linear}) {
         for (const Output output : {Output::color, Output::depth}) {
@@ -173,13 +202,15 @@ TEST_F(LevelsTest, WhatIsPagedIsThatOfAllVoxels) {
           EXPECT_GT(expected.stats.far_level, 1);
           EXPECT_FALSE(expected.stats.paged);
           read += frame.stats.pages_read;
-          if (room == 256 * kKib && frame.stats.absent_blocks > 0) continue;  // along one workgroup's rays lies more
-          EXPECT_EQ(frame.stats.absent_blocks, 0u);
+          EXPECT_TRUE(frame.stats.paged);
+          if (frame.stats.absent_blocks > 0) continue;  // along one workgroup's rays lies more
           EXPECT_EQ(frame.pixels, expected.pixels);
           EXPECT_EQ(frame.values, expected.values);
+          ++whole;
         }
       }
     }
+    EXPECT_GT(whole, 5);
   }
   EXPECT_GT(read, scene.info.levels[0].block_count);
 }
@@ -230,8 +261,8 @@ TEST_F(LevelsTest, BehindAnOpacityIsCoarserHoweverItIsFound) {
       EXPECT_GT(frame.stats.far_level, 1);
       EXPECT_EQ(frame.stats.loop_bound_hits, 0u);
       if (!first) first = frame;
-      // By rounding a ray may find one block more before it is coarser.
-      EXPECT_GT(compareImages(frame, *first).psnr(), 50) << compareImages(frame, *first).worst;
+      // By rounding a ray may cross one block more before it is coarser.
+      EXPECT_GT(compareImages(frame, *first).psnr(), 60) << compareImages(frame, *first).worst;
     }
     EXPECT_GT(compareImages(*first, whole).largest, 1) << "it is another picture";
     EXPECT_GT(compareImages(*first, whole).psnr(), 25);

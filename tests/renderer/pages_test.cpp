@@ -265,6 +265,14 @@ TEST_F(PagesTest, WhatDoesNotFitIsNotAllReadAgain) {
     EXPECT_GT(frame.stats.pages_read, 0u);
     EXPECT_LT(frame.stats.pages_read, first.stats.pages_read * 7 / 10);
   }
+  // A refinement too.
+  view.samples = 4;
+  for (int step = 0; step < 4; ++step) {
+    FrameOrder order = orderOf(view);
+    order.step = SampleStep{.owner = 3, .begin = step, .end = step + 1};
+    const Frame frame = renderer_->render(*volume_, std::move(order));
+    EXPECT_LT(frame.stats.pages_read, first.stats.pages_read * 3 / 4) << step;
+  }
 }
 
 TEST_F(PagesTest, AFrameThatIsGivenUpHoldsNothing) {
