@@ -50,7 +50,7 @@ endfunction()
 
 add_room_test(house TIMEOUT 60 LIBRARIES flags fmt::fmt)
 add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB BZip2::BZip2 PNG::PNG TIFF::TIFF PkgConfig::XXHASH
-  PkgConfig::ZSTD PkgConfig::TURBOJPEG)
+  PkgConfig::ZSTD PkgConfig::LZ4 PkgConfig::BLOSC PkgConfig::TURBOJPEG nlohmann_json::nlohmann_json)
 add_room_test(view TIMEOUT 60 LIBRARIES view)
 add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP)
 # Scenes of one type of voxel draw with the same kernels.

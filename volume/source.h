@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "volume/error.h"
+#include "volume/volume.h"
 #include "volume/voxel.h"
 #include "volume/voxel_box.h"
 
@@ -48,12 +49,15 @@ struct SourceChannel {
   double value_offset = 0;
   std::string unit = {};                                            // of data values, where the source says it
   std::optional<std::array<std::uint8_t, 3>> color = std::nullopt;  // to show it in, where the source says one
-  bool is_labels = false;                                           // the source says that the values are labels
+  std::optional<std::array<double, 2>> window = std::nullopt;  // what to show first: least and greatest, data units
+  bool is_labels = false;                                      // the source says that the values are labels
+  std::vector<LabelInfo> labels = {};                          // of a channel of labels, ascending
 };
 
 struct SourceInfo {
   std::string name;    // for people and messages: file name without folders
-  std::string format;  // "raw", "nrrd", "metaimage", "nifti", "png", "tiff", "prism", "idx", "demo"
+  std::string format;  // "raw", "nrrd", "metaimage", "nifti", "dicom", "png", "tiff", "prism", "idx", "zarr", "mrc",
+                       // "vox", "kvx", "pvm", "amira", "vgi", "esrf", "isq", "aim", "demo"
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   glm::dmat4 world_from_index{1.0};

@@ -28,6 +28,8 @@ struct ImportCommand {
   std::optional<std::int64_t> frame;
   std::string series;
   std::string values = "auto";
+  std::optional<int> level;
+  std::optional<int> time;
   bool planar = false;
   bool big_endian = false;
   bool verify = false;
@@ -46,6 +48,8 @@ struct ImportCommand {
     options.channel_names = channel_names;
     options.frame = frame;
     if (!series.empty()) options.series = series;
+    options.level = level;
+    options.time = time;
     options.planar = planar;
     options.big_endian = big_endian;
     options.skip_bytes = parseByteSize("--skip", skip);
@@ -116,8 +120,10 @@ void addImportCommand(CLI::App& app) {
   CLI::App* command = app.add_subcommand("import", "Make a volume from image files");
   command
       ->add_option("SOURCE", import->sources,
-                   "NRRD, MetaImage, NIfTI, DICOM, OpenVisus IDX, raw or TIFF file, PNG or TIFF slices, or a folder "
-                   "of slices, of a DICOM series or of PRISM's bricks")
+                   "NRRD, MetaImage, NIfTI, DICOM, OpenVisus IDX, raw or TIFF file, OME-Zarr folder or zip, MRC, .vox, "
+                   "KVX, PVM, "
+                   "Amira, VGI, ISQ or AIM file, PNG or TIFF slices, or a folder of slices, of a DICOM series or of "
+                   "PRISM's bricks")
       ->required();
   command->add_option("--dims", import->dims, "raw: size in voxels; PNG: size of the slices tiled on one image")
       ->type_name("XxYxZ");
@@ -142,6 +148,9 @@ void addImportCommand(CLI::App& app) {
       ->add_option("--values", import->values,
                    "what the values are: intensity, or labels, which have no mean (auto: guessed, and told)")
       ->check(CLI::IsMember({"auto", "intensity", "labels"}));
+  command->add_option("--level", import->level, "OME-Zarr: level to import (0, the finest)")
+      ->check(CLI::NonNegativeNumber);
+  command->add_option("--time", import->time, "Zarr: step in time to import (0)")->check(CLI::NonNegativeNumber);
   command->add_option("--frame", import->frame, "which of several volumes in one file, counted from 0")
       ->check(CLI::NonNegativeNumber);
   command

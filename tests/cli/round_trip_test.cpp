@@ -308,5 +308,37 @@ TEST(RoundTrip, RendersEveryFormatWithStats) {
   EXPECT_EQ(place.run("render fossil.bwv -o a.png --level 9").exit_code, 2);
 }
 
+TEST(RoundTrip, ZarrHasLevelsAndSteps) {
+  const Workplace place;
+  const auto writeArray = [&](const std::string& folder, int side, const std::string& voxels) {
+    std::filesystem::create_directories(place.path(folder));
+    place.write(folder + "/.zarray", R"({"zarr_format":2,"shape":[2,1,1,)" + std::to_string(side) +
+                                         R"(],"chunks":[1,1,1,8],"dtype":"|u1","order":"C","filters":null,)" +
+                                         R"("fill_value":0,"compressor":null})");
+    place.write(folder + "/0.0.0.0", voxels);
+    place.write(folder + "/1.0.0.0", std::string(voxels.rbegin(), voxels.rend()));
+  };
+  writeArray("i.zarr/0", 8, "abcdefgh");
+  writeArray("i.zarr/1", 4, "acegxxxx");
+  place.write("i.zarr/.zgroup", R"({"zarr_format":2})");
+  place.write("i.zarr/.zattrs",
+              R"({"multiscales":[{"axes":["t","z","y","x"],"datasets":[{"path":"0"},{"path":"1"}]}]})");
+  const auto rawOf = [&](const std::string& flags) {
+    const Outcome made = place.run("import i.zarr -o i.bwv --verify " + flags);
+    EXPECT_EQ(made.exit_code, 0) << made.error;
+    EXPECT_EQ(place.run("export i.bwv -o i.raw").exit_code, 0);
+    return place.read("i.raw");
+  };
+  EXPECT_EQ(rawOf(""), "abcdefgh");
+  EXPECT_EQ(rawOf("--level 1"), "aceg");
+  EXPECT_EQ(rawOf("--time 1"), "hgfedcba");
+  EXPECT_THAT(place.run("import i.zarr -o i.bwv").out,
+              HasSubstr("of the 2 steps in time it is number 0; --time chooses"));
+  const Outcome beyond = place.run("import i.zarr -o i.bwv --level 2");
+  EXPECT_EQ(beyond.exit_code, 1);
+  EXPECT_THAT(beyond.error, HasSubstr("level 2 is asked for, must be 0..1"));
+  EXPECT_EQ(place.run("import i.zarr -o i.bwv --time -1").exit_code, 2);
+}
+
 }  // namespace
 }  // namespace blockwalk

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What every fuzz target of the importers does with a file: opens it, and reads it to the end or to a bound.
+// What every fuzz target of the importers does with a file: opens it, asks where it is blank, and reads it to the end
+// or to a bound.
 #pragma once
 
 #include <cstddef>
@@ -18,6 +19,11 @@ inline void readSource(const std::string& path, const ImportOptions& options) {
   try {
     const auto source = openSource({path}, options);
     const SourceInfo& info = source->info();
+    if (!info.blank.empty()) {
+      std::vector<VoxelRun> runs;
+      source->findRuns({.begin = glm::ivec3(0), .end = info.dims}, runs);
+      source->findRuns({.begin = info.dims / 2, .end = glm::min(info.dims, info.dims / 2 + 8)}, runs);
+    }
     const auto row = std::uint64_t{channelRowBytes(info)} * info.channels.size();
     std::vector<std::byte> rows(row);
     std::uint64_t left = kMostBytes / row;

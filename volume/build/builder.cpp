@@ -110,6 +110,8 @@ VolumeInfo describeSource(const SourceInfo& source, const BuildOptions& options)
     info.channels[channel].name = plainText(source.channels[channel].name);
     info.channels[channel].unit = plainText(source.channels[channel].unit);
     if (source.type != VoxelType::rgba8) info.channels[channel].color = source.channels[channel].color;
+    info.channels[channel].window = source.channels[channel].window;
+    info.channels[channel].labels = source.channels[channel].labels;
     info.channels[channel].value_scale = source.channels[channel].value_scale;
     info.channels[channel].value_offset = source.channels[channel].value_offset;
     if (source.channels[channel].is_labels) info.channels[channel].values = ChannelValues::labels;

@@ -169,7 +169,9 @@ void describeAs(const SourceChannel& said, bool has_name, SourceChannel& channel
   if (has_name) channel.name = said.name;
   if (!said.unit.empty()) channel.unit = said.unit;
   channel.color = said.color;
+  channel.window = said.window;
   channel.is_labels = said.is_labels;
+  channel.labels = said.labels;
   channel.value_offset = said.value_offset + said.value_scale * channel.value_offset;
   channel.value_scale *= said.value_scale;
 }
@@ -203,6 +205,12 @@ std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptio
   ChannelConverter converter(array.format, array.is_color, options, info.name);
   describe(converter);
   return std::make_unique<SampleArray>(std::move(info), std::move(converter), ArrayOrder::voxels, std::move(bytes));
+}
+
+std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options,
+                                        std::unique_ptr<ByteReader> bytes) {
+  BLOCKWALK_CHECK(static_cast<int>(array.order), ==, static_cast<int>(ArrayOrder::voxels));
+  return makeSampleArray(std::move(array), options, ByteOpener([&bytes] { return std::move(bytes); }));
 }
 
 }  // namespace blockwalk

@@ -30,4 +30,8 @@ struct SampleArrayInfo {
 // `open` gives the bytes of the array: once, or for planes in compressed data once a plane.
 std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options, const ByteOpener& open);
 
+// Of voxels whose samples lie beside each other: `bytes` are those of the array.
+std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options,
+                                        std::unique_ptr<ByteReader> bytes);
+
 }  // namespace blockwalk

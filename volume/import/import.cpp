@@ -14,7 +14,19 @@ namespace {
 
 using Paths = std::vector<std::filesystem::path>;
 
+void refuseRawFlags(const std::string& name, const ImportOptions& options) {
+  if (options.dims || options.type || options.big_endian || options.skip_bytes > 0 || options.planar) {
+    failData("{}: says its size and type itself; leave --dims, --type, --big-endian, --skip and --planar out", name);
+  }
+}
+
+void refuseZarrFlags(const std::string& name, const ImportOptions& options) {
+  if (options.level) failData("{}: --level is for OME-Zarr, which has levels", name);
+  if (options.time) failData("{}: --time is for Zarr, which may have an axis of time", name);
+}
+
 std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const ImportOptions& options) {
+  refuseZarrFlags(name, options);
   if (options.type) failData("{}: type: slices say their type themselves; leave it out", name);
   const FileKind kind = fileKind(InputFile(slices.front()));
   for (const auto& slice : slices) {
@@ -27,9 +39,59 @@ std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const I
   return kind == FileKind::png ? openPng(slices, name, options) : openTiff(slices, name, options);
 }
 
+constexpr std::string_view kKnownFormats =
+    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, Zarr, MRC, .vox, KVX, PVM, Amira, VGI, ESRF .vol, ISQ, AIM, PRISM, IDX";
+
+using Opener = std::unique_ptr<Source> (*)(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+
+// Of a file that says all about itself.
+Opener openerOf(FileKind kind) {
+  switch (kind) {
+    case FileKind::nrrd:
+      return openNrrd;
+    case FileKind::metaimage:
+      return openMetaImage;
+    case FileKind::nifti:
+      return openNifti;
+    case FileKind::prism:
+      return openPrism;
+    case FileKind::idx:
+      return openIdx;
+    case FileKind::mrc:
+      return openMrc;
+    case FileKind::vox:
+      return openVox;
+    case FileKind::kvx:
+      return openKvx;
+    case FileKind::amira:
+      return openAmira;
+    case FileKind::vgi:
+      return openVgi;
+    case FileKind::esrf:
+      return openEsrfVol;
+    case FileKind::isq:
+      return openIsq;
+    case FileKind::aim:
+      return openAim;
+    case FileKind::pvm:
+      return openPvm;
+    case FileKind::unknown:
+    case FileKind::dicom:
+    case FileKind::png:
+    case FileKind::tiff:
+    case FileKind::zarr:
+    case FileKind::zip:
+      break;
+  }
+  return nullptr;
+}
+
 std::unique_ptr<Source> openFile(const std::filesystem::path& path, const ImportOptions& options) {
   auto file = std::make_shared<InputFile>(path);
-  if (options.dims && options.type) return openRaw(file, options);
+  if (options.dims && options.type) {
+    refuseZarrFlags(file->name(), options);
+    return openRaw(file, options);
+  }
   if (options.raw_channels > 1) {
     failData("{}: channels: only raw data needs their number; --channels fields makes each sample a channel",
              file->name());
@@ -38,18 +100,14 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
   if (kind == FileKind::png || kind == FileKind::tiff) return openStack({path}, file->name(), options);
   if (kind == FileKind::unknown) {
     if (const auto header = niftiHeaderOf(path)) return openFile(*header, options);
-    failData("{}: is no NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, PRISM or IDX file; raw data needs --dims and --type",
-             file->name());
+    failData("{}: is no file of a known format ({}); raw data needs --dims and --type", file->name(), kKnownFormats);
   }
-  if (options.dims || options.type || options.big_endian || options.skip_bytes > 0 || options.planar) {
-    failData("{}: says its size and type itself; leave --dims, --type, --big-endian, --skip and --planar out",
-             file->name());
-  }
-  if (kind == FileKind::prism) return openPrism(file, options);
-  if (kind == FileKind::idx) return openIdx(file, options);
-  if (kind == FileKind::nifti) return openNifti(file, options);
+  refuseRawFlags(file->name(), options);
+  if (kind == FileKind::zarr) return openZarr(std::filesystem::absolute(path).parent_path(), options);
+  if (kind == FileKind::zip) return openZarr(path, options);
+  refuseZarrFlags(file->name(), options);
   if (kind == FileKind::dicom) return openDicom({path}, file->name(), options);
-  return kind == FileKind::nrrd ? openNrrd(file, options) : openMetaImage(file, options);
+  return openerOf(kind)(file, options);
 }
 
 // The DICOM files of a folder and of those below it, in an order of their names. None where slices of other kinds lie
@@ -72,8 +130,12 @@ Paths dicomIn(const std::filesystem::path& folder) {
   return found;
 }
 
-// Of bricks, or of slices, whatever else lies there.
+// Of Zarr, of bricks, of DICOM, or of slices, whatever else lies there.
 std::unique_ptr<Source> openFolder(const std::filesystem::path& path, const ImportOptions& options) {
+  if (isZarrFolder(path)) {
+    refuseRawFlags(path.string(), options);
+    return openZarr(path, options);
+  }
   const auto metadata = path / "metadata.json";
   std::error_code absent;
   if (std::filesystem::is_regular_file(metadata, absent) && fileKind(InputFile(metadata)) == FileKind::prism) {
@@ -81,6 +143,7 @@ std::unique_ptr<Source> openFolder(const std::filesystem::path& path, const Impo
   }
   const auto folder = std::filesystem::absolute(path / "").parent_path();
   if (const Paths images = dicomIn(path); !images.empty()) {
+    refuseZarrFlags(path.string(), options);
     return openDicom(images, folder.filename().string(), options);
   }
   return openStack(slicesInFolder(path), folder.filename().string(), options);
@@ -104,6 +167,7 @@ std::unique_ptr<Source> openSource(const Paths& paths, const ImportOptions& opti
   const auto repeated = std::adjacent_find(slices.begin(), slices.end());
   if (repeated != slices.end()) failData("{}: is named twice", repeated->string());
   if (fileKind(InputFile(slices.front())) == FileKind::dicom) {
+    refuseZarrFlags(slices.front().filename().string(), options);
     return openDicom(slices, slices.front().filename().string(), options);
   }
   return openStack(slices, slices.front().filename().string(), options);

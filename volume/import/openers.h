@@ -22,6 +22,19 @@ std::unique_ptr<Source> openIdx(std::shared_ptr<const InputFile> file, const Imp
 // The file is the folder's metadata.json.
 std::unique_ptr<Source> openPrism(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 
+std::unique_ptr<Source> openMrc(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openIsq(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openAim(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openVgi(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openEsrfVol(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openAmira(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openPvm(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openKvx(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openVox(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+// A folder, or a zip file.
+std::unique_ptr<Source> openZarr(const std::filesystem::path& path, const ImportOptions& options);
+bool isZarrFolder(const std::filesystem::path& folder);
+
 // Each path is a source of its own and a channel.
 std::unique_ptr<Source> openSeparate(const std::vector<std::filesystem::path>& paths, const ImportOptions& options);
 

@@ -8,6 +8,11 @@
 
 #include "volume/error.h"
 #include "volume/import/dicom/dicom_set.h"
+#include "volume/import/grids/amira_header.h"
+#include "volume/import/grids/esrf_vol.h"
+#include "volume/import/grids/kvx.h"
+#include "volume/import/grids/mrc.h"
+#include "volume/import/grids/scanco.h"
 #include "volume/import/header_text.h"
 #include "volume/import/nifti/nifti_header.h"
 #include "volume/import/packed_stream.h"
@@ -37,6 +42,17 @@ bool startsLikePrism(std::string_view text) {
   return false;
 }
 
+// One file of a folder's metadata: JSON with the one field that all of them have.
+bool startsLikeZarr(std::string_view text) {
+  return trimmed(text).starts_with('{') && text.find("\"zarr_format\"") != std::string_view::npos;
+}
+
+// Text whose first line is the section of a volume.
+bool startsLikeVgi(std::string_view text) {
+  const std::string_view begin = trimmed(text);
+  return begin.starts_with("{volume") || begin.starts_with("[representation]");
+}
+
 }  // namespace
 
 bool startsLikeGzip(const InputFile& file, std::uint64_t offset) {
@@ -63,6 +79,7 @@ std::vector<std::byte> firstBytes(const InputFile& file, std::size_t count) {
 FileKind fileKind(const InputFile& file) {
   std::string start(1024, '\0');
   start.resize(file.readSome(0, std::as_writable_bytes(std::span(start))));
+  const auto bytes = std::as_bytes(std::span(start));
   if (start.starts_with("NRRD000")) return FileKind::nrrd;
   // Before TIFF: in front of DICOM there may be the start of one.
   if (startsLikeDicom(start)) return FileKind::dicom;
@@ -71,10 +88,24 @@ FileKind fileKind(const InputFile& file) {
                                        std::string_view("II\x2b\0", 4), std::string_view("MM\0\x2b", 4)}) {
     if (start.starts_with(magic)) return FileKind::tiff;
   }
+  if (start.starts_with("VOX ")) return FileKind::vox;
+  for (const std::string_view magic : {"PVM\n", "PVM2\n", "PVM3\n", "DDS v3d\n", "DDS v3e\n"}) {
+    if (start.starts_with(magic)) return FileKind::pvm;
+  }
+  if (startsLikeAmira(start)) return FileKind::amira;
+  if (startsLikeIsq(bytes)) return FileKind::isq;
+  if (startsLikeVgi(start)) return FileKind::vgi;
+  if (startsLikeEsrfInfo(start) || startsLikeEsrfXml(start)) return FileKind::esrf;
   if (startsLikeMetaImage(start)) return FileKind::metaimage;
+  if (startsLikeZarr(start)) return FileKind::zarr;
   if (startsLikePrism(start)) return FileKind::prism;
+  if (start.starts_with("PK\x03\x04") || start.starts_with("PK\x05\x06")) return FileKind::zip;
   if (trimmed(start).starts_with("(version)")) return FileKind::idx;
   if (startsLikeNifti(firstBytes(file, kNiftiHeaderBytes))) return FileKind::nifti;
+  // These have no word of their own, or may lack it.
+  if (startsLikeAim(bytes)) return FileKind::aim;
+  if (startsLikeKvx(bytes, file.bytes())) return FileKind::kvx;
+  if (startsLikeMrc(bytes, file.bytes())) return FileKind::mrc;
   return FileKind::unknown;
 }
 

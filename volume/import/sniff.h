@@ -10,7 +10,28 @@
 
 namespace blockwalk {
 
-enum class FileKind { unknown, nrrd, metaimage, png, tiff, prism, idx, nifti, dicom };
+enum class FileKind {
+  unknown,
+  nrrd,
+  metaimage,
+  nifti,
+  dicom,
+  png,
+  tiff,
+  prism,
+  idx,
+  zarr,
+  zip,
+  mrc,
+  vox,
+  amira,
+  vgi,
+  esrf,
+  isq,
+  aim,
+  pvm,
+  kvx
+};
 
 FileKind fileKind(const InputFile& file);
 

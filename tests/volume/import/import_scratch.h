@@ -114,6 +114,11 @@ inline std::string refusal(const std::vector<std::filesystem::path>& paths, cons
   return "";
 }
 
+// Where a place in index space lies in the world.
+inline glm::dvec3 worldOf(const SourceInfo& info, glm::dvec3 index) {
+  return glm::dvec3(info.world_from_index * glm::dvec4(index, 1));
+}
+
 // The folder with real data; nothing when it is not there.
 inline std::optional<std::filesystem::path> realData() {
   const char* named = std::getenv("BLOCKWALK_DATA");

@@ -26,10 +26,6 @@ std::string wordsFrom(std::initializer_list<int> firsts) {
   return bytesOf(words);
 }
 
-glm::dvec3 worldOf(const SourceInfo& info, glm::dvec3 index) {
-  return glm::dvec3(info.world_from_index * glm::dvec4(index, 1));
-}
-
 TEST(ImportDicom, ReadsASeriesInTheOrderOfItsPlaces) {
   const Scratch scratch;
   for (const char* syntax : {"1.2.840.10008.1.2", "1.2.840.10008.1.2.1", "1.2.840.10008.1.2.2"}) {

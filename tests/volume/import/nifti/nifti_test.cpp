@@ -104,10 +104,6 @@ class NiftiFile {
 
 constexpr std::array<double, 12> kPlain{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 
-glm::dvec3 worldOf(const SourceInfo& info, glm::dvec3 index) {
-  return glm::dvec3(info.world_from_index * glm::dvec4(index, 1));
-}
-
 TEST(ImportNifti, ReadsEveryTypeInBothVersionsAndByteOrders) {
   struct Type {
     std::int16_t code;
