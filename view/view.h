@@ -96,22 +96,22 @@ struct ViewChoices {
   double fov_degrees = 40;  // vertical
   Mode mode = Mode::blend;
   Filter filter = Filter::nearest;
-  double step = 0.5;  // sample distance of the linear filter, voxels of the level drawn
   Classification classification = Classification::post;
-  double termination =
-      1.0 / 1024;  // blend: a ray of which less transmittance is left stops; half an 8-bit step at most
   bool lit = false;
-  double extinction = 0.2;  // rgba8: per unit distance at density 255
   TransferShape transfer_shape = TransferShape::linear;
+  double step = 0.5;  // sample distance of the linear filter, voxels of the level drawn
+  double termination =
+      1.0 / 1024;                 // blend: a ray of which less transmittance is left stops; half an 8-bit step at most
+  double extinction = 0.2;        // rgba8: per unit distance at density 255
   std::optional<ClipBox> clip;    // none: nothing is clipped
   std::vector<ClipPlane> planes;  // at most kMaxPlanes, beside the clip box
-  int level = kAutoLevel;
   // Where the level is left to choose: what is farther away is drawn of coarser levels, of whose voxels a pixel is to
   // cover so many in a row.
   double lod = 2;
   // Reese's lambda, mode blend: how much coarser is what lies behind an opacity, 0: not at all, 1: behind one of 1 the
   // coarsest, or as coarse as a frame's levels go.
   double lod_alpha = 0;
+  int level = kAutoLevel;
   std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity
   Finder finder = Finder::automatic;
   int macrocell = kAutoMacrocell;  // voxels: 8, 16 or 32; finders clusters and boundary

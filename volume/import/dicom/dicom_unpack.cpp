@@ -34,7 +34,8 @@ gdcm::PixelFormat formatOf(const DicomPixels& pixels) {
 // Returns whether `out` was filled.
 bool unpackInto(const DicomImage& image, std::span<const std::byte> packed, std::span<std::byte> out) {
   const DicomPixels& pixels = image.pixels;
-  gdcm::SmartPointer<gdcm::SequenceOfFragments> fragments = new gdcm::SequenceOfFragments;
+  // Counts who has it: the element alone, in the end.
+  auto* const fragments = new gdcm::SequenceOfFragments;
   gdcm::Fragment fragment;
   fragment.SetByteValue(reinterpret_cast<const char*>(packed.data()), static_cast<std::uint32_t>(packed.size()));
   fragments->AddFragment(fragment);

@@ -107,7 +107,7 @@ constexpr std::array<double, 12> kPlain{1, 0, 0, 0, 0, 1, 0, 0, 0, 0, 1, 0};
 TEST(ImportNifti, ReadsEveryTypeInBothVersionsAndByteOrders) {
   struct Type {
     std::int16_t code;
-    std::size_t bytes;
+    std::uint8_t bytes;
     VoxelType type;
     std::string values;
     std::string stored;
