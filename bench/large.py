@@ -22,6 +22,7 @@ import threading
 import time
 
 from daemon import Daemon
+from pictures import difference
 from viewer import Stream
 
 PERIOD = 1 / 30
@@ -160,17 +161,6 @@ def fetched(daemon, volume, camera, size, look):
 
 def picture(daemon, volume, camera, size, look):
     return hashlib.sha256(fetched(daemon, volume, camera, size, look)).hexdigest()
-
-
-def difference(a, b):
-    """Root mean square over the pixels that are not background in both, and their colours."""
-    total = count = 0
-    for i in range(0, len(a), 4):
-        if a[i:i + 3] == b[i:i + 3] == bytes(3):
-            continue
-        total += sum((a[i + c] - b[i + c]) ** 2 for c in range(3))
-        count += 3
-    return math.sqrt(total / count) if count else 0.0
 
 
 def compare(options, runs, look):

@@ -10,10 +10,11 @@ and how far the picture is from level 0 with 64 rays a pixel, as it is drawn wit
 over the pixels that are no background, in steps of 8 bits."""
 import argparse
 import json
-import math
 import os
 import subprocess
 import tempfile
+
+from pictures import difference
 
 POLICIES = [("one level", {"lod": "off"}), *((f"lod {n}", {"lod": str(n)}) for n in (1, 1.5, 2, 3, 4)),
             *((f"lod 2, lambda {n}", {"lod": "2", "lod-alpha": str(n)}) for n in (0.25, 0.5, 0.75, 1)),
@@ -34,16 +35,6 @@ class Renderer:
             pixels = file.read()
         with open(self.stats, encoding="utf-8") as file:
             return pixels, json.load(file)
-
-
-def difference(a, b):
-    total = count = 0
-    for i in range(0, len(a), 4):
-        if a[i:i + 3] == b[i:i + 3] == bytes(3):
-            continue
-        total += sum((a[i + c] - b[i + c]) ** 2 for c in range(3))
-        count += 3
-    return math.sqrt(total / count) if count else 0.0
 
 
 def views(blockwalk, volume):

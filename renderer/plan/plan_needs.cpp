@@ -28,14 +28,22 @@ int levelOfTable(const ResolvedView& view, const Plan& plan, int level) {
   return view.mode == Mode::mip || view.mode == Mode::mean ? std::max(level, plan.farLevel()) : level;
 }
 
+// Another part of the level.
+Need& addPart(const Need& of_level, Part part, std::vector<Need>& needs) {
+  Need& need = needs.emplace_back(of_level);
+  need.part = part;
+  return need;
+}
+
 // Of one channel of a level: voxels and what is kept of them, and its table.
 void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const ChannelPlan& drawn,
-                     int level, Form form, bool paged, std::vector<Need>& needs) {
+                     const Need& of_level, std::vector<Need>& needs) {
   const auto finder = static_cast<Finder>(plan.key.finder);
   const auto channel = static_cast<int>(drawn.channel);
   const auto add = [&](Part part) -> Need& {
-    return needs.emplace_back(
-        Need{.part = part, .level = level, .form = form, .paged = paged, .apron = plan.apron, .channel = channel});
+    Need& need = addPart(of_level, part, needs);
+    need.channel = channel;
+    return need;
   };
   const bool blocks = view.mode == Mode::blocks;
   const bool culls = plan.key.cull != 0 && !blocks;
@@ -47,7 +55,7 @@ void addChannelNeeds(const ResolvedView& view, const VolumeInfo& info, const Pla
   if (isScalar(info) && !blocks) {
     needs.push_back({.part = Part::table,
                      .channel = channel,
-                     .table = tableRecipe(view, info, levelOfTable(view, plan, level), drawn)});
+                     .table = tableRecipe(view, info, levelOfTable(view, plan, of_level.level), drawn)});
   }
 }
 
@@ -66,8 +74,7 @@ void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan
             : 1;
     region.region.push_back(
         {.channel = channel, .range_mask = drawn.range_mask, .densities = visibleDensities(view, info, drawn, scale)});
-    Need& macrocells = needs.emplace_back(of_level);
-    macrocells.part = Part::macrocells;
+    Need& macrocells = addPart(of_level, Part::macrocells, needs);
     macrocells.channel = channel;
     macrocells.macrocell_voxels = plan.macrocell_voxels;
   }
@@ -78,11 +85,7 @@ void addRegionNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan
 void addFinderNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, const Need& of_level,
                     std::vector<Need>& needs) {
   const auto finder = static_cast<Finder>(plan.key.finder);
-  const auto add = [&](Part part) -> Need& {
-    needs.push_back(of_level);
-    needs.back().part = part;
-    return needs.back();
-  };
+  const auto add = [&](Part part) -> Need& { return addPart(of_level, part, needs); };
   if (finder == Finder::grid || finder == Finder::none || plan.macrocell_voxels > 0) add(Part::grid);
   if (finder == Finder::octree) add(Part::octree).of_blocks = view.mode == Mode::blocks;
   if (finder == Finder::query) add(Part::instances);
@@ -91,8 +94,7 @@ void addFinderNeeds(const ResolvedView& view, const VolumeInfo& info, const Plan
 
 // Of a paged level: which block of the level that stands in covers each of its own.
 void addAncestors(const CoarsePlan& stand_in, const Need& of_level, std::vector<Need>& needs) {
-  Need& ancestors = needs.emplace_back(of_level);
-  ancestors.part = Part::ancestors;
+  Need& ancestors = addPart(of_level, Part::ancestors, needs);
   ancestors.coarse_level = stand_in.level;
   ancestors.coarse_form = stand_in.form;
 }
@@ -103,7 +105,7 @@ void setNeeds(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
   std::vector<Need>& needs = plan.needs;
   const auto add = [&](const Need& of_level, bool is_walked) {
     for (const ChannelPlan& drawn : plan.channels) {
-      addChannelNeeds(view, info, plan, drawn, of_level.level, of_level.form, of_level.paged, needs);
+      addChannelNeeds(view, info, plan, drawn, of_level, needs);
     }
     if (is_walked) addFinderNeeds(view, info, plan, of_level, needs);
   };
@@ -112,9 +114,9 @@ void setNeeds(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
     return Need{.level = coarse.level, .form = coarse.form, .paged = coarse.paged, .apron = plan.apron};
   };
   add(own, true);
-  for (std::size_t i = 0; i < plan.coarse.size(); ++i) {
-    plan.coarse[i].first_need = needs.size();
-    add(ofLevel(plan.coarse[i]), i < plan.farCount());
+  for (CoarsePlan& coarse : plan.coarse) {
+    coarse.first_need = needs.size();
+    add(ofLevel(coarse), coarse.is_walked);
   }
   if (!plan.isPaged()) return;
   const CoarsePlan& stand_in = plan.coarse[*plan.stand_in];

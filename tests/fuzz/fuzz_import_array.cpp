@@ -1,32 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 // NRRD and MetaImage files, and gzip streams read as raw: opened, and read to the end or to a bound.
 #include <bzlib.h>
-#include <zlib.h>
 
 #include <cstdint>
 #include <string>
 #include <vector>
 
 #include "tests/fuzz/memory_file.h"
+#include "tests/fuzz/packed.h"
 #include "tests/fuzz/read_source.h"
 #include "tests/fuzz/target.h"
 
 namespace {
-
-std::string packed(const std::string& bytes, int window_bits) {
-  z_stream stream{};
-  deflateInit2(&stream, 6, Z_DEFLATED, window_bits, 8, Z_DEFAULT_STRATEGY);
-  std::string result(1000, '\0');
-  std::string input = bytes;
-  stream.next_in = reinterpret_cast<Bytef*>(input.data());
-  stream.avail_in = static_cast<uInt>(input.size());
-  stream.next_out = reinterpret_cast<Bytef*>(result.data());
-  stream.avail_out = static_cast<uInt>(result.size());
-  deflate(&stream, Z_FINISH);
-  result.resize(stream.total_out);
-  deflateEnd(&stream);
-  return result;
-}
 
 std::string bzipped(std::string bytes) {
   std::string result(1000, '\0');
@@ -63,14 +48,14 @@ std::vector<std::string> fuzzSeeds() {
   return {
       nrrd + oriented + voxels,
       nrrd + "spacings: 1 nan 2\nline skip: 1\nbyte skip: 2\nencoding: gzip\n\nskipped\n" +
-          packed("##" + voxels, MAX_WBITS + 16),
-      nrrd + "byte skip: -1\nencoding: gz\n\n" + packed("##" + voxels, MAX_WBITS + 16),
+          blockwalk::packed("##" + voxels, MAX_WBITS + 16),
+      nrrd + "byte skip: -1\nencoding: gz\n\n" + blockwalk::packed("##" + voxels, MAX_WBITS + 16),
       "NRRD0004\ntype: uchar\ndimension: 4\nsizes: 4 2 1 1\nkinds: RGBA-color space space space\n" + ascii,
       "NRRD0004\ntype: double\ndimension: 3\nsizes: 1 1 1\nendian: little\nencoding: raw\ndata file: ./x.raw\n",
       meta + "TransformMatrix = 0 1 0 0 0 1 1 0 0\nOffset = 1 2 3\nElementSpacing = 1 2 3\nElementDataFile = LOCAL\n" +
           voxels,
       meta + "CompressedData = True\nBinaryDataByteOrderMSB = True\nElementDataFile = LOCAL\n" +
-          packed(voxels, MAX_WBITS),
+          blockwalk::packed(voxels, MAX_WBITS),
       meta + "HeaderSize = -1\nElementDataFile = LOCAL\n" + voxels,
       meta + "BinaryData = False\nElementNumberOfChannels = 1\nElementDataFile = LOCAL\n1 2 3",
       "ObjectType = Image\nNDims = 3\nDimSize = 4 4 2\nElementType = MET_USHORT\nElementNumberOfChannels = "
@@ -82,7 +67,7 @@ std::vector<std::string> fuzzSeeds() {
       "NRRD0005\ntype: uchar\ndimension: 4\nsizes: 4 4 2 4\nkinds: domain domain domain vector\nspacings: 1 1 2 "
       "nan\nencoding: raw\n\n" +
           voxels,
-      packed(voxels, MAX_WBITS + 16),
+      blockwalk::packed(voxels, MAX_WBITS + 16),
       nrrd +
           "space origin: (1,2,3)\nblockwalk.corner:=0.5 1.5 2.5\nblockwalk.space:=a \\\\ b\nblockwalk.length_unit:=mm\n"
           "blockwalk.channel.0.color:=00ff7f\nblockwalk.channel.0.value_scale:=0.5\n"

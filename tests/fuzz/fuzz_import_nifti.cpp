@@ -1,12 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // NIfTI and Analyze volumes: opened as they are, and as a header beside an image, and read to the end or to a bound.
-#include <zlib.h>
-
 #include <cstdint>
 #include <cstring>
 #include <string>
 #include <vector>
 
+#include "tests/fuzz/packed.h"
 #include "tests/fuzz/read_source.h"
 #include "tests/fuzz/scratch_files.h"
 #include "tests/fuzz/target.h"
@@ -49,21 +48,6 @@ std::string nifti2Of(const std::string& voxels) {
   return bytes + voxels;
 }
 
-std::string gzippedSeed(const std::string& bytes) {
-  z_stream stream{};
-  deflateInit2(&stream, 6, Z_DEFLATED, MAX_WBITS + 16, 8, Z_DEFAULT_STRATEGY);
-  std::string result(4000, '\0');
-  std::string input = bytes;
-  stream.next_in = reinterpret_cast<Bytef*>(input.data());
-  stream.avail_in = static_cast<uInt>(input.size());
-  stream.next_out = reinterpret_cast<Bytef*>(result.data());
-  stream.avail_out = static_cast<uInt>(result.size());
-  deflate(&stream, Z_FINISH);
-  result.resize(stream.total_out);
-  deflateEnd(&stream);
-  return result;
-}
-
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
@@ -84,7 +68,7 @@ std::vector<std::string> fuzzSeeds() {
           niftiOf("n+1", 128, voxels),
           niftiOf("ni1", 16, ""),
           niftiOf("\0\0\0", 2, ""),
-          gzippedSeed(niftiOf("n+1", 4, voxels)),
+          blockwalk::packed(niftiOf("n+1", 4, voxels), MAX_WBITS + 16),
           nifti2Of(voxels),
-          gzippedSeed(nifti2Of(voxels))};
+          blockwalk::packed(nifti2Of(voxels), MAX_WBITS + 16)};
 }

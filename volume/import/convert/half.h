@@ -2,12 +2,10 @@
 // 16-bit floats (IEEE 754 binary16): every one is a 32-bit float.
 #pragma once
 
+#include <algorithm>
 #include <bit>
-#include <cstddef>
+#include <cmath>
 #include <cstdint>
-#include <cstring>
-#include <span>
-#include <vector>
 
 namespace blockwalk {
 
@@ -23,17 +21,17 @@ inline float floatFromHalf(std::uint16_t half) {
   return std::bit_cast<float>(sign | biased << 23 | fraction << 13);
 }
 
-// This machine's floats of halves in either byte order.
-inline std::vector<std::byte> floatsFromHalves(std::span<const std::byte> halves, bool swap_bytes) {
-  std::vector<std::byte> floats(halves.size() / 2 * sizeof(float));
-  for (std::size_t i = 0; i < halves.size() / 2; ++i) {
-    std::uint16_t half = 0;
-    std::memcpy(&half, &halves[2 * i], sizeof half);
-    if (swap_bytes) half = static_cast<std::uint16_t>(half << 8 | half >> 8);
-    const float value = floatFromHalf(half);
-    std::memcpy(&floats[i * sizeof value], &value, sizeof value);
-  }
-  return floats;
+// The nearest; of two the even one.
+inline std::uint16_t halfFromFloat(float value) {
+  const auto sign = static_cast<std::uint16_t>(std::signbit(value) ? 0x8000 : 0);
+  if (std::isnan(value)) return static_cast<std::uint16_t>(sign | 0x7e00);
+  const float size = std::abs(value);
+  if (size >= 65520) return static_cast<std::uint16_t>(sign | 0x7c00);  // beyond the largest and half a step
+  // Steps between neighbours are 2^-24 up to 2^-14, and from there on 2^-10 of the power of two below. A step beyond
+  // the largest fraction is the next power of two.
+  const int exponent = std::max(size > 0 ? std::ilogb(size) : -14, -14);
+  const auto steps = static_cast<std::uint32_t>(std::nearbyint(std::ldexp(size, 10 - exponent)));
+  return static_cast<std::uint16_t>(sign | (steps + (static_cast<std::uint32_t>(exponent + 14) << 10)));
 }
 
 }  // namespace blockwalk

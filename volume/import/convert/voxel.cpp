@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "volume/error.h"
+#include "volume/import/convert/half.h"
 
 namespace blockwalk {
 namespace {
@@ -41,16 +42,6 @@ VoxelType storedType(const SampleFormat& format) {
     default:
       return VoxelType::f32;
   }
-}
-
-// Exact: every half is a float.
-float floatOfHalf(std::uint16_t half) {
-  const unsigned exponent = half >> 10 & 31;
-  const auto mantissa = static_cast<float>(half & 1023);
-  const float sign = (half & 0x8000) != 0 ? -1.0f : 1.0f;
-  if (exponent == 31) return mantissa > 0 ? std::numeric_limits<float>::quiet_NaN() : sign * HUGE_VALF;
-  if (exponent == 0) return sign * std::ldexp(mantissa, -24);
-  return sign * std::ldexp(mantissa + 1024, static_cast<int>(exponent) - 25);
 }
 
 // Stored values of samples that descend: all bits of whole numbers, the sign of others.
@@ -138,7 +129,7 @@ void VoxelConverter::countNonfinite(std::span<const std::byte> voxels) {
 
 void VoxelConverter::convertHalf(std::span<const std::byte> samples, std::span<std::byte> voxels) {
   for (std::size_t i = 0; i < samples.size() / 2; ++i) {
-    const float stored = floatOfHalf(load<std::uint16_t>(samples, i));
+    const float stored = floatFromHalf(load<std::uint16_t>(samples, i));
     std::memcpy(voxels.data() + i * sizeof(float), &stored, sizeof stored);
   }
   countNonfinite(voxels);

@@ -11,7 +11,6 @@
 #include "volume/error.h"
 #include "volume/import/dense_array_source.h"
 #include "volume/import/geometry.h"
-#include "volume/import/grids/half_bytes.h"
 #include "volume/import/header_bytes.h"
 #include "volume/import/openers.h"
 
@@ -33,27 +32,22 @@ constexpr std::size_t kOrigin = 196;  // 3: in angstrom
 constexpr std::size_t kMapWord = 208;
 constexpr std::size_t kMachineStamp = 212;
 
-struct MrcType {
-  SampleType type = SampleType::u8;
-  bool is_half = false;
-};
-
-std::optional<MrcType> typeOfMode(const HeaderBytes& header) {
+std::optional<SampleType> typeOfMode(const HeaderBytes& header) {
   constexpr std::int32_t kImod = 1146047817;
   switch (header.i32(kMode)) {
     case 0: {
       // IMOD wrote unsigned bytes before the format had a word on it.
       const bool is_unsigned = header.i32(kImodStamp) == kImod && (header.i32(kImodFlags) & 1) == 0;
-      return MrcType{.type = is_unsigned ? SampleType::u8 : SampleType::i8};
+      return is_unsigned ? SampleType::u8 : SampleType::i8;
     }
     case 1:
-      return MrcType{.type = SampleType::i16};
+      return SampleType::i16;
     case 2:
-      return MrcType{.type = SampleType::f32};
+      return SampleType::f32;
     case 6:
-      return MrcType{.type = SampleType::u16};
+      return SampleType::u16;
     case 12:
-      return MrcType{.type = SampleType::f32, .is_half = true};
+      return SampleType::f16;
     default:
       return std::nullopt;
   }
@@ -171,8 +165,7 @@ bool startsLikeMrc(std::span<const std::byte> start, std::uint64_t file_bytes) {
   if (header.text(kMapWord, 3) == "MAP") return true;
   const auto type = typeOfMode(header);
   if (!type || !isPlausible(header) || header.i32(kExtended) < 0) return false;
-  const std::uint64_t width = type->is_half ? 2 : sampleBytes(type->type);
-  std::uint64_t bytes = width;
+  std::uint64_t bytes = sampleBytes(*type);
   for (std::size_t i = 0; i < 3; ++i) bytes *= static_cast<std::uint64_t>(header.i32(4 * i));
   return file_bytes == kMrcHeaderBytes + static_cast<std::uint64_t>(header.i32(kExtended)) + bytes;
 }
@@ -200,13 +193,11 @@ std::unique_ptr<Source> openMrc(std::shared_ptr<const InputFile> file, const Imp
   }
   const std::int32_t extended = header.i32(kExtended);
   if (extended < 0) failData("{}: NSYMBT: {} bytes of extended header, must be 0 or more", name, extended);
-  SampleFormat format{.type = type->type, .swap_bytes = header.swaps() && sampleBytes(type->type) > 1};
-  const std::uint64_t of_volume = arrayBytes(format, dims) / (type->is_half ? 2 : 1);
+  const SampleFormat format{.type = *type, .swap_bytes = header.swaps() && sampleBytes(*type) > 1};
+  const std::uint64_t of_volume = arrayBytes(format, dims);
   const std::uint64_t begin =
       kMrcHeaderBytes + static_cast<std::uint64_t>(extended) + of_volume * static_cast<std::uint64_t>(volume);
-  auto samples = readFileBytes(file, begin, of_volume);
-  if (type->is_half) samples = floatsOfHalves(std::move(samples), std::exchange(format.swap_bytes, false));
-  return makeSampleArray({.info = std::move(info), .format = format}, options, std::move(samples));
+  return makeSampleArray({.info = std::move(info), .format = format}, options, readFileBytes(file, begin, of_volume));
 }
 
 }  // namespace blockwalk

@@ -8,6 +8,7 @@
 
 #include "volume/error.h"
 #include "volume/import/header_text.h"
+#include "volume/import/length_unit.h"
 
 namespace blockwalk {
 namespace {
@@ -111,46 +112,18 @@ OmeRoles rolesOf(const std::vector<OmeAxis>& axes, const std::string& file) {
   return roles;
 }
 
-ZarrUnit zarrUnit(const std::string& unit) {
-  struct Known {
-    std::string_view long_name, name;
-    double metres;
-  };
-  static constexpr std::array<Known, 14> kUnits = {{{"angstrom", "angstrom", 1e-10},
-                                                    {"picometer", "pm", 1e-12},
-                                                    {"nanometer", "nm", 1e-9},
-                                                    {"micrometer", "um", 1e-6},
-                                                    {"micron", "um", 1e-6},
-                                                    {"\xc2\xb5m", "um", 1e-6},
-                                                    {"\xce\xbcm", "um", 1e-6},
-                                                    {"millimeter", "mm", 1e-3},
-                                                    {"centimeter", "cm", 1e-2},
-                                                    {"meter", "m", 1},
-                                                    {"kilometer", "km", 1e3},
-                                                    {"inch", "in", 0.0254},
-                                                    {"foot", "ft", 0.3048},
-                                                    {"yard", "yd", 0.9144}}};
-  for (const Known& known : kUnits) {
-    if (unit == known.long_name || unit == known.name) return {std::string(known.name), known.metres};
-  }
-  return {unit.size() <= kMaxUnitBytes ? unit : std::string(), 0};
-}
-
 OmePlace placeOf(const OmeMap& map, const std::vector<OmeAxis>& axes, const ZarrPart& part, const std::string& file) {
   OmePlace place;
-  const ZarrUnit unit = zarrUnit(axes[*part.space[0]].unit);
+  const LengthUnit unit = lengthUnit(axes[*part.space[0]].unit);
   place.length_unit = unit.name;
   glm::dvec3 offset{0};
   for (int row = 0; row < 3; ++row) {
     const auto world = part.space[static_cast<std::size_t>(row)];
     if (!world) continue;
-    double factor = 1;
-    if (const ZarrUnit own = zarrUnit(axes[*world].unit); own.name != unit.name) {
-      if (own.metres <= 0 || unit.metres <= 0) {
-        failData("{}: axes: x is in '{}' and '{}' in '{}', which cannot be turned into each other", file,
-                 axes[*part.space[0]].unit, axes[*world].name, axes[*world].unit);
-      }
-      factor = own.metres / unit.metres;
+    const double factor = factorBetween(lengthUnit(axes[*world].unit), unit);
+    if (!(factor > 0)) {
+      failData("{}: axes: x is in '{}' and '{}' in '{}', which cannot be turned into each other", file,
+               axes[*part.space[0]].unit, axes[*world].name, axes[*world].unit);
     }
     for (int column = 0; column < 3; ++column) {
       const auto axis = part.space[static_cast<std::size_t>(column)];

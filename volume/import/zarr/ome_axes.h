@@ -41,13 +41,6 @@ struct OmeRoles {
 };
 OmeRoles rolesOf(const std::vector<OmeAxis>& axes, const std::string& file);
 
-// A unit of length as volumes say it and its metres, 0 where that is not known.
-struct ZarrUnit {
-  std::string name;
-  double metres = 0;
-};
-ZarrUnit zarrUnit(const std::string& unit);
-
 // Where the voxels lie, in the unit of the x axis, which it gives. Axes that the array lacks are as long as x.
 struct OmePlace {
   Geometry geometry;

@@ -64,17 +64,20 @@ std::vector<std::byte> realFill(const ZarrField& fill) {
 
 std::vector<std::byte> halfFill(const ZarrField& fill) {
   const bool is_hex = fill.value().is_string() && fill.text().starts_with("0x");
-  if (!is_hex) return realFill<float, std::uint32_t>(fill);
+  if (!is_hex) {
+    float value = 0;
+    std::memcpy(&value, realFill<float, std::uint32_t>(fill).data(), sizeof value);
+    return sampleOf(halfFromFloat(value));
+  }
   const std::string text = fill.text();
   std::uint16_t bits = 0;
   const char* end = text.data() + text.size();
   if (text.size() != 6 || std::from_chars(text.data() + 2, end, bits, 16).ptr != end) fill.fail("must be 16 bits");
-  return sampleOf(floatFromHalf(bits));
+  return sampleOf(bits);
 }
 
-std::vector<std::byte> nativeFill(const ZarrField& fill, const ZarrType& type) {
-  if (type.is_half) return halfFill(fill);
-  switch (type.format.type) {
+std::vector<std::byte> nativeFill(const ZarrField& fill, SampleType type) {
+  switch (type) {
     case SampleType::u8:
       return integerFill<std::uint8_t>(fill);
     case SampleType::i8:
@@ -139,10 +142,10 @@ std::string ZarrArray::objectKey(const std::vector<std::uint64_t>& numbers) cons
   return joinKeys(key, name);
 }
 
-std::vector<std::byte> zarrFill(const std::optional<ZarrField>& fill, const ZarrType& type) {
-  std::vector<std::byte> sample(type.is_half ? sizeof(float) : sampleBytes(type.format.type));
-  if (fill) sample = nativeFill(*fill, type);
-  if (type.format.swap_bytes) std::reverse(sample.begin(), sample.end());
+std::vector<std::byte> zarrFill(const std::optional<ZarrField>& fill, const SampleFormat& format) {
+  std::vector<std::byte> sample(sampleBytes(format.type));
+  if (fill) sample = nativeFill(*fill, format.type);
+  if (format.swap_bytes) std::reverse(sample.begin(), sample.end());
   return sample;
 }
 

@@ -28,9 +28,7 @@ struct ZarrArray {
   std::vector<std::uint64_t> shape = {};
   std::vector<std::uint64_t> object_chunk = {};  // what one object covers
   std::vector<std::uint64_t> chunk = {};         // what is packed by itself; of sharded arrays a part of that
-  SampleFormat format = {};                      // of chunks as they are handed on
-  bool is_half = false;                          // 16-bit floats, handed on as this machine's 32-bit ones
-  bool half_swapped = false;
+  SampleFormat format = {};
   std::vector<std::byte> fill = {};     // one sample of `format`
   std::vector<std::size_t> order = {};  // axes of a chunk, from the one that changes last
   std::vector<ZarrCodec> codecs = {};   // in the order of packing
@@ -41,7 +39,6 @@ struct ZarrArray {
 
   std::size_t rank() const { return shape.size(); }
   std::uint64_t chunkSamples() const;
-  std::uint64_t packedSampleBytes() const { return is_half ? 2 : sampleBytes(format.type); }
   // Chunks that an object holds.
   std::uint64_t objectChunks() const;
   // Of the object that holds the chunk at these numbers of objects.
@@ -53,11 +50,7 @@ struct ZarrArray {
 ZarrArray readZarrArray(const ZarrNode& node, std::uint64_t most_chunk_bytes);
 
 // The steps of reading it that the versions have in common.
-struct ZarrType {
-  SampleFormat format;
-  bool is_half = false;
-};
-std::vector<std::byte> zarrFill(const std::optional<ZarrField>& fill, const ZarrType& type);
+std::vector<std::byte> zarrFill(const std::optional<ZarrField>& fill, const SampleFormat& format);
 void readZarrVersion2(const ZarrField& metadata, ZarrArray& array);
 void readZarrVersion3(const ZarrField& metadata, ZarrArray& array);
 

@@ -14,11 +14,11 @@ namespace blockwalk {
 namespace {
 
 // "<u2": byte order, kind, bytes.
-ZarrType typeOfVersion2(const ZarrField& field) {
+SampleFormat formatOfVersion2(const ZarrField& field) {
   static constexpr std::pair<std::string_view, SampleType> kTypes[] = {
       {"b1", SampleType::u8},  {"i1", SampleType::i8},  {"i2", SampleType::i16}, {"i4", SampleType::i32},
       {"i8", SampleType::i64}, {"u1", SampleType::u8},  {"u2", SampleType::u16}, {"u4", SampleType::u32},
-      {"u8", SampleType::u64}, {"f2", SampleType::f32}, {"f4", SampleType::f32}, {"f8", SampleType::f64}};
+      {"u8", SampleType::u64}, {"f2", SampleType::f16}, {"f4", SampleType::f32}, {"f8", SampleType::f64}};
   const std::string text = field.text();
   constexpr bool kIsLittle = std::endian::native == std::endian::little;
   for (const auto& [name, type] : kTypes) {
@@ -26,9 +26,7 @@ ZarrType typeOfVersion2(const ZarrField& field) {
     const char order = text[0];
     if (order != '<' && order != '>' && order != '=' && (order != '|' || text[2] != '1')) break;
     const bool swap = (order == '>' && kIsLittle) || (order == '<' && !kIsLittle);
-    ZarrType result{.format = {.type = type, .swap_bytes = swap && text[2] != '1'}};
-    result.is_half = name == "f2";
-    return result;
+    return {.type = type, .swap_bytes = swap && text[2] != '1'};
   }
   field.fail("of types <, > or | and b1, i1, i2, i4, i8, u1, u2, u4, u8, f2, f4, f8 can be read");
 }
@@ -43,12 +41,8 @@ void refuseFilters(const ZarrField& metadata) {
 
 void readZarrVersion2(const ZarrField& metadata, ZarrArray& array) {
   array.chunk = array.object_chunk = metadata.get("chunks").sizes(1);
-  const ZarrType type = typeOfVersion2(metadata.get("dtype"));
-  array.format = type.format;
-  array.is_half = type.is_half;
-  array.half_swapped = type.is_half && type.format.swap_bytes;
-  if (type.is_half) array.format.swap_bytes = false;
-  array.fill = zarrFill(metadata.find("fill_value"), {.format = array.format, .is_half = type.is_half});
+  array.format = formatOfVersion2(metadata.get("dtype"));
+  array.fill = zarrFill(metadata.find("fill_value"), array.format);
   refuseFilters(metadata);
   if (const auto compressor = metadata.find("compressor")) {
     const ZarrField name = compressor->get("id");

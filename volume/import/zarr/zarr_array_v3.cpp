@@ -13,16 +13,16 @@
 namespace blockwalk {
 namespace {
 
-ZarrType typeOfVersion3(const ZarrField& field) {
+SampleType typeOfVersion3(const ZarrField& field) {
   static constexpr std::pair<std::string_view, SampleType> kTypes[] = {
       {"bool", SampleType::u8},     {"int8", SampleType::i8},     {"int16", SampleType::i16},
       {"int32", SampleType::i32},   {"int64", SampleType::i64},   {"uint8", SampleType::u8},
       {"uint16", SampleType::u16},  {"uint32", SampleType::u32},  {"uint64", SampleType::u64},
-      {"float16", SampleType::f32}, {"float32", SampleType::f32}, {"float64", SampleType::f64}};
+      {"float16", SampleType::f16}, {"float32", SampleType::f32}, {"float64", SampleType::f64}};
   const std::string text = field.text();
   for (const auto& [name, type] : kTypes) {
     if (text != name) continue;
-    return {.format = {.type = type}, .is_half = name == "float16"};
+    return type;
   }
   field.fail("bool, int8..int64, uint8..uint64 and float16..float64 can be read");
 }
@@ -156,17 +156,14 @@ void readZarrVersion3(const ZarrField& metadata, ZarrArray& array) {
   const Order natural = inOrder(array.rank());
   array.object_chunk = array.chunk = byAxis(grid.get("configuration").get("chunk_shape"), natural);
   readKeys(metadata, array);
-  const ZarrType type = typeOfVersion3(metadata.get("data_type"));
-  const std::size_t bytes = type.is_half ? 2 : sampleBytes(type.format.type);
+  array.format.type = typeOfVersion3(metadata.get("data_type"));
+  const std::size_t bytes = sampleBytes(array.format.type);
   Chain chain = readChain(metadata.get("codecs"), natural, bytes);
   if (chain.sharding) chain = readSharding(chain, bytes, array);
   array.order = std::move(chain.order);
   array.codecs = std::move(chain.codecs);
-  array.format = type.format;
-  array.is_half = type.is_half;
-  array.half_swapped = type.is_half && chain.swap_bytes;
-  array.format.swap_bytes = !type.is_half && chain.swap_bytes;
-  array.fill = zarrFill(metadata.get("fill_value"), {.format = array.format, .is_half = type.is_half});
+  array.format.swap_bytes = chain.swap_bytes;
+  array.fill = zarrFill(metadata.get("fill_value"), array.format);
   if (const auto transformers = metadata.find("storage_transformers")) {
     for (const ZarrField& transformer : transformers->elements()) transformer.fail("cannot be undone");
   }

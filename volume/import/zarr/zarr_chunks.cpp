@@ -7,7 +7,6 @@
 #include <utility>
 
 #include "volume/error.h"
-#include "volume/import/convert/half.h"
 
 namespace blockwalk {
 namespace {
@@ -106,7 +105,7 @@ KeptBytes::Bytes ZarrChunks::read(std::size_t channel_cell, glm::ivec3 cell) {
 }
 
 KeptBytes::Bytes ZarrChunks::unpack(const ZarrObject& object, Place place, const std::string& name) {
-  const std::uint64_t bytes = array_.chunkSamples() * array_.packedSampleBytes();
+  const std::uint64_t bytes = array_.chunkSamples() * sampleBytes(array_.format.type);
   if (place.bytes > mostPackedBytes(bytes)) {
     failData("{}: has {} bytes, a chunk has {} and when packed at most {}", name, place.bytes, bytes,
              mostPackedBytes(bytes));
@@ -115,7 +114,6 @@ KeptBytes::Bytes ZarrChunks::unpack(const ZarrObject& object, Place place, const
   std::vector<std::byte> packed(place.bytes);
   object.read(place.offset, packed);
   std::vector<std::byte> samples = unpackZarr(std::move(packed), array_.codecs, bytes, name);
-  if (array_.is_half) samples = floatsFromHalves(samples, array_.half_swapped);
   return std::make_shared<const std::vector<std::byte>>(std::move(samples));
 }
 

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 
-#include "tests/volume/import/grids/broken.h"
+#include "tests/volume/import/broken.h"
 
 namespace blockwalk::volume_test {
 namespace {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <glm/glm.hpp>
 
-#include "tests/volume/import/grids/broken.h"
+#include "tests/volume/import/broken.h"
 #include "volume/voxel_box.h"
 
 namespace blockwalk::volume_test {

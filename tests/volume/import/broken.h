@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Files that are cut off, or that have one bit turned.
+#pragma once
+
+#include <random>
+
+#include "tests/volume/import/import_scratch.h"
+
+namespace blockwalk {
+
+// Every 64th part: visit(bytes).
+template <typename Visit>
+void forEachCut(const std::string& whole, Visit visit) {
+  for (std::size_t part = 0; part < 64; ++part) visit(whole.substr(0, whole.size() * part / 64));
+}
+
+// 1000 times one bit: visit(bytes).
+template <typename Visit>
+void forEachFlippedBit(const std::string& whole, Visit visit) {
+  std::mt19937 random(11);
+  for (int flip = 0; flip < 1000; ++flip) {
+    std::string broken = whole;
+    const auto bit = random() % (8 * broken.size());
+    broken[bit / 8] = static_cast<char>(broken[bit / 8] ^ (1 << bit % 8));
+    visit(broken);
+  }
+}
+
+// Refused, or voxels of some volume, and of a file that is cut off of the same.
+inline void survivesBreaking(const Scratch& scratch, const std::string& name, const std::string& bytes) {
+  const auto read = [&](const std::string& other) -> std::optional<std::string> {
+    try {
+      return importAll(scratch.write(name, other));
+    } catch (const DataError& error) {
+      EXPECT_NE(std::string(error.what()), "");
+      return std::nullopt;
+    }
+  };
+  const auto whole = read(bytes);
+  ASSERT_TRUE(whole.has_value());
+  forEachCut(bytes, [&](const std::string& cut) { EXPECT_EQ(read(cut).value_or(*whole), *whole) << cut.size(); });
+  forEachFlippedBit(bytes, read);
+}
+
+}  // namespace blockwalk
