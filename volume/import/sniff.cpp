@@ -102,10 +102,11 @@ FileKind fileKind(const InputFile& file) {
   if (start.starts_with("PK\x03\x04") || start.starts_with("PK\x05\x06")) return FileKind::zip;
   if (trimmed(start).starts_with("(version)")) return FileKind::idx;
   if (startsLikeNifti(firstBytes(file, kNiftiHeaderBytes))) return FileKind::nifti;
-  // These have no word of their own, or may lack it.
-  if (startsLikeAim(bytes)) return FileKind::aim;
-  if (startsLikeKvx(bytes, file.bytes())) return FileKind::kvx;
+  // These have no word of their own, or may lack it: those whose sizes must fit come first.
   if (startsLikeMrc(bytes, file.bytes())) return FileKind::mrc;
+  if (startsLikeKvx(bytes, file.bytes())) return FileKind::kvx;
+  if (startsLikeAim(bytes)) return FileKind::aim;
+  if (startsLikeBareDicom(start)) return FileKind::dicom;
   return FileKind::unknown;
 }
 

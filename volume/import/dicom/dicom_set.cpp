@@ -324,9 +324,10 @@ std::vector<double> DicomFile::reals(const DicomSet& from, std::uint32_t tag) co
   return result;
 }
 
-bool startsLikeDicom(std::string_view start) {
-  if (start.size() >= 132 && start.substr(128, 4) == "DICM") return true;
-  // Without a preamble: an element of group 8 that is one of its first, with a length that is no longer than one is.
+bool startsLikeDicom(std::string_view start) { return start.size() >= 132 && start.substr(128, 4) == "DICM"; }
+
+// An element of group 8 that is one of its first, with a length that is no longer than one is.
+bool startsLikeBareDicom(std::string_view start) {
   if (start.size() < 8 || start[0] != 8 || start[1] != 0 || start[3] != 0) return false;
   const auto element = static_cast<unsigned char>(start[2]);
   if (element != 0 && element != 1 && element != 5 && element != 8 && element != 0x12 && element != 0x16) return false;

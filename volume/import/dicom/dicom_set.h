@@ -48,8 +48,10 @@ struct DicomFile {
   std::vector<double> reals(const DicomSet& from, std::uint32_t tag) const;          // DS, IS: separated by backslashes
 };
 
-// Whether a file begins with these bytes that is DICOM, with a preamble or without.
+// Whether a file begins with these bytes that is DICOM: with a preamble and its word, or without, where other formats
+// may begin alike.
 bool startsLikeDicom(std::string_view start);
+bool startsLikeBareDicom(std::string_view start);
 
 // Throws DataError naming the element and the bound.
 DicomFile readDicomFile(const InputFile& file);

@@ -70,6 +70,26 @@ TEST(Mrc, ReadsEveryModeInBothByteOrders) {
   }
 }
 
+// Whose sizes begin as data sets of DICOM (8), AIM (20, 140) and NIfTI files (348) do.
+TEST(Mrc, IsToldFromWhatBeginsAlike) {
+  const Scratch scratch;
+  for (const bool has_word : {true, false}) {
+    for (const glm::ivec3& dims :
+         {glm::ivec3(8, 4, 2), glm::ivec3(348, 2, 1), glm::ivec3(0x10008, 1, 1), glm::ivec3(20, 140, 1)}) {
+      MrcWriter writer = usual(2);
+      writer.put3(1, dims);
+      if (!has_word) writer.header.replace(208, 4, std::string(4, '\0'));
+      const auto bytes = static_cast<std::size_t>(dims.x * dims.y * dims.z) * sizeof(float);
+      const std::string path = scratch.write("a.mrc", writer.header + std::string(bytes, '\0'));
+      if (dims.x > 65536) {
+        EXPECT_THAT(refusal({path}), HasSubstr("NX"));
+      } else {
+        EXPECT_EQ(openSource({path}, {})->info().dims, dims);
+      }
+    }
+  }
+}
+
 TEST(Mrc, HasPlaceAndUnit) {
   const Scratch scratch;
   MrcWriter writer = usual(2);
