@@ -30,6 +30,7 @@ struct ImportCommand {
   std::string values = "auto";
   std::optional<int> level;
   std::optional<int> time;
+  std::string dataset;
   bool planar = false;
   bool big_endian = false;
   bool verify = false;
@@ -50,6 +51,7 @@ struct ImportCommand {
     if (!series.empty()) options.series = series;
     options.level = level;
     options.time = time;
+    if (!dataset.empty()) options.dataset = dataset;
     options.planar = planar;
     options.big_endian = big_endian;
     options.skip_bytes = parseByteSize("--skip", skip);
@@ -151,6 +153,7 @@ void addImportCommand(CLI::App& app) {
   command->add_option("--level", import->level, "OME-Zarr: level to import (0, the finest)")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--time", import->time, "Zarr: step in time to import (0)")->check(CLI::NonNegativeNumber);
+  command->add_option("--dataset", import->dataset, "which of several in one file, by its path or name");
   command->add_option("--frame", import->frame, "which of several volumes in one file, counted from 0")
       ->check(CLI::NonNegativeNumber);
   command

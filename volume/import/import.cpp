@@ -20,15 +20,29 @@ void refuseRawFlags(const std::string& name, const ImportOptions& options) {
   }
 }
 
-void refuseZarrFlags(const std::string& name, const ImportOptions& options) {
-  if (options.level) failData("{}: --level is for OME-Zarr, which has levels", name);
-  if (options.time) failData("{}: --time is for Zarr, which may have an axis of time", name);
+// Which choices between what lies in one file a format has.
+struct Choices {
+  bool level = false;
+  bool time = false;
+  bool dataset = false;
+};
+
+Choices choicesOf(FileKind kind) {
+  if (kind == FileKind::zarr || kind == FileKind::zip) return {.level = true, .time = true};
+  return {};
+}
+
+void refuseOtherChoices(const std::string& name, FileKind kind, const ImportOptions& options) {
+  const Choices has = choicesOf(kind);
+  if (options.level && !has.level) failData("{}: --level is for OME-Zarr, which has levels", name);
+  if (options.time && !has.time) failData("{}: --time is for Zarr, which may have an axis of time", name);
+  if (options.dataset && !has.dataset) failData("{}: --dataset is for files that hold several by name", name);
 }
 
 std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const ImportOptions& options) {
-  refuseZarrFlags(name, options);
   if (options.type) failData("{}: type: slices say their type themselves; leave it out", name);
   const FileKind kind = fileKind(InputFile(slices.front()));
+  refuseOtherChoices(name, kind, options);
   for (const auto& slice : slices) {
     const FileKind found = fileKind(InputFile(slice));
     if (found != FileKind::png && found != FileKind::tiff) {
@@ -89,7 +103,7 @@ Opener openerOf(FileKind kind) {
 std::unique_ptr<Source> openFile(const std::filesystem::path& path, const ImportOptions& options) {
   auto file = std::make_shared<InputFile>(path);
   if (options.dims && options.type) {
-    refuseZarrFlags(file->name(), options);
+    refuseOtherChoices(file->name(), FileKind::unknown, options);
     return openRaw(file, options);
   }
   if (options.raw_channels > 1) {
@@ -103,9 +117,9 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
     failData("{}: is no file of a known format ({}); raw data needs --dims and --type", file->name(), kKnownFormats);
   }
   refuseRawFlags(file->name(), options);
+  refuseOtherChoices(file->name(), kind, options);
   if (kind == FileKind::zarr) return openZarr(std::filesystem::absolute(path).parent_path(), options);
   if (kind == FileKind::zip) return openZarr(path, options);
-  refuseZarrFlags(file->name(), options);
   if (kind == FileKind::dicom) return openDicom({path}, file->name(), options);
   return openerOf(kind)(file, options);
 }
@@ -134,6 +148,7 @@ Paths dicomIn(const std::filesystem::path& folder) {
 std::unique_ptr<Source> openFolder(const std::filesystem::path& path, const ImportOptions& options) {
   if (isZarrFolder(path)) {
     refuseRawFlags(path.string(), options);
+    refuseOtherChoices(path.string(), FileKind::zarr, options);
     return openZarr(path, options);
   }
   const auto metadata = path / "metadata.json";
@@ -143,7 +158,7 @@ std::unique_ptr<Source> openFolder(const std::filesystem::path& path, const Impo
   }
   const auto folder = std::filesystem::absolute(path / "").parent_path();
   if (const Paths images = dicomIn(path); !images.empty()) {
-    refuseZarrFlags(path.string(), options);
+    refuseOtherChoices(path.string(), FileKind::dicom, options);
     return openDicom(images, folder.filename().string(), options);
   }
   return openStack(slicesInFolder(path), folder.filename().string(), options);
@@ -167,7 +182,7 @@ std::unique_ptr<Source> openSource(const Paths& paths, const ImportOptions& opti
   const auto repeated = std::adjacent_find(slices.begin(), slices.end());
   if (repeated != slices.end()) failData("{}: is named twice", repeated->string());
   if (fileKind(InputFile(slices.front())) == FileKind::dicom) {
-    refuseZarrFlags(slices.front().filename().string(), options);
+    refuseOtherChoices(slices.front().filename().string(), FileKind::dicom, options);
     return openDicom(slices, slices.front().filename().string(), options);
   }
   return openStack(slices, slices.front().filename().string(), options);

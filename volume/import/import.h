@@ -34,6 +34,7 @@ struct ImportOptions {
   std::vector<std::string> channel_names;  // none, or one a channel
   std::optional<int> level;                // OME-Zarr: 0 is the finest
   std::optional<int> time;                 // Zarr: step of the axis of time; the first where there is none
+  std::optional<std::string> dataset;      // of a file with several: by its path or name
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
 };
 
