@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <filesystem>
 #include <memory>
 #include <string>
@@ -27,17 +25,9 @@ struct ExportCommand {
   std::string channels;
 
   ExportFormat chosenFormat() const {
-    std::string name = format;
-    if (name.empty()) {
-      const std::filesystem::path path(output);
-      name = (path.has_filename() ? path : path.parent_path()).extension().string();
-      std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-      if (name != ".nrrd" && name != ".raw" && name != ".prism") {
-        throw UsageError(fmt::format("-o: '{}' ends on none of .nrrd .raw .prism; name a --format", output));
-      }
-      name.erase(0, 1);
-    }
-    return name == "nrrd" ? ExportFormat::nrrd : name == "raw" ? ExportFormat::raw : ExportFormat::prism;
+    const auto known = format.empty() ? exportFormatOf(output) : exportFormat(format);
+    if (!known) throw UsageError(fmt::format("-o: '{}' ends on none of {}; name a --format", output, exportEndings()));
+    return *known;
   }
 
   void run() const {
@@ -73,14 +63,16 @@ void addExportCommand(CLI::App& app) {
   auto exported = std::make_shared<ExportCommand>();
   CLI::App* command = app.add_subcommand("export", "Write voxels of a volume for other programs");
   command->add_option("FILE", exported->source, "volume to read")->required()->type_name("FILE.bwv");
-  command->add_option("-o", exported->output, "file to write, or folder of bricks (prism)")
+  command->add_option("-o", exported->output, "file to write, or folder (zarr, png, prism)")
       ->required()
       ->type_name("OUT");
   command
       ->add_option("--format", exported->format,
-                   "nrrd (keeps place, units and values), raw (channel after channel, x fastest, little endian) or "
-                   "prism (bricks of u8 or u16, one channel) (the ending of OUT)")
-      ->check(CLI::IsMember({"nrrd", "raw", "prism"}));
+                   "nrrd (keeps place, units and values), nifti (.nii, .nii.gz), tiff (one stack, as ImageJ has them), "
+                   "zarr (OME-Zarr 0.5 with the coarser levels), npy, raw (channel after channel, x fastest, little "
+                   "endian), png (a folder of slices; u8, u16 or colour) or prism (bricks of u8 or u16), both of one "
+                   "channel (the ending of OUT)")
+      ->check(CLI::IsMember(exportFormatNames()));
   command->add_option("--level", exported->level, "resolution level, 0 is the finest (0)")
       ->check(CLI::Range(0, kMaxLevels - 1));
   command->add_option("--box", exported->box, "voxels of the level, from x0,y0,z0 up to, not with, x1,y1,z1 (all)")

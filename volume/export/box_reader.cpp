@@ -45,6 +45,19 @@ const Block* BoxReader::find(glm::ivec3 origin) const {
   return &level_.blocks[static_cast<std::size_t>(found - codes_.begin())];
 }
 
+bool BoxReader::isStored(const VoxelBox& box) const {
+  const int side = file_.info().blockVoxels();
+  const glm::ivec3 last = (box.end - 1) / side;
+  for (int z = box.begin.z / side; z <= last.z; ++z) {
+    for (int y = box.begin.y / side; y <= last.y; ++y) {
+      for (int x = box.begin.x / side; x <= last.x; ++x) {
+        if (find({x, y, z}) != nullptr) return true;
+      }
+    }
+  }
+  return false;
+}
+
 void BoxReader::read(int channel, const VoxelBox& box, std::span<std::byte> out) {
   const VolumeInfo& info = file_.info();
   BLOCKWALK_CHECK(out.size(), ==, box.voxels() * voxel_bytes_);

@@ -21,6 +21,10 @@ class BoxReader {
   // box lies inside the level; each block that it touches is read once.
   void read(int channel, const VoxelBox& box, std::span<std::byte> out);
 
+  // Any voxel of the box, inside the level, may be stored.
+  bool isStored(const VoxelBox& box) const;
+  const std::vector<Block>& blocks() const { return level_.blocks; }
+
  private:
   const Block* find(glm::ivec3 origin) const;
   void copyBlock(int channel, const Block& block, const VoxelBox& box, std::span<std::byte> out);

@@ -7,6 +7,7 @@
 
 #include "volume/error.h"
 #include "volume/export/export_job.h"
+#include "volume/formats/text.h"
 
 namespace blockwalk {
 namespace {
@@ -53,62 +54,20 @@ bool isSigned(const ExportJob& job) {
   return half != 0;
 }
 
-void checkPrism(const ExportJob& job, const std::string& name) {
-  if (job.type() != VoxelType::u8 && job.type() != VoxelType::u16) {
-    failData("{}: format: PRISM has voxels of u8 or u16, not of {}", name, voxelTypeName(job.type()));
-  }
-  if (job.channels.size() != 1) {
-    failData("{}: channels: PRISM has one, not {}; choose it", name, job.channels.size());
-  }
-}
-
-// What raw and PRISM cannot say, and NRRD can.
-void noteLosses(const ExportJob& job, const ExportOptions& options, ExportReport& report) {
-  if (options.format == ExportFormat::nrrd) return;
-  glm::dmat4 spacing(1.0);
-  for (int i = 0; i < 3; ++i) spacing[i][i] = job.world_from_index[i][i];
-  const bool is_plain = spacing == job.world_from_index && spacing[0][0] > 0 && spacing[1][1] > 0 && spacing[2][2] > 0;
-  if (!is_plain) report.notes.emplace_back("of the place in the world only the size of a voxel is kept");
-  const Metadata& metadata = job.file.info().metadata;
-  bool names = !metadata.length_unit.empty() || !metadata.space.empty();
-  for (std::size_t i = 0; i < job.channels.size(); ++i) {
-    const ChannelInfo& channel = job.channel(i);
-    names = names || !channel.unit.empty() || (job.channels.size() > 1 && !channel.name.empty());
-    if (job.is_signed || (channel.value_scale == 1 && channel.value_offset == 0)) continue;
-    report.notes.push_back(fmt::format("values of channel {} are stored ones: data = {} + {} * value", job.channels[i],
-                                       channel.value_offset, channel.value_scale));
-  }
-  if (names) report.notes.emplace_back("units and names are not kept");
-}
-
-// As `import --type` spells it.
-std::string writtenType(const ExportJob& job) {
-  return job.is_signed ? fmt::format("i{}", 8 * voxelBytes(job.type())) : std::string(voxelTypeName(job.type()));
-}
-
-std::string rawFlags(const ExportJob& job) {
-  const glm::ivec3 dims = job.box.dims();
-  const auto side = [&](int i) { return glm::length(glm::dvec3(job.world_from_index[i])); };
-  std::string flags = fmt::format("--dims {}x{}x{} --type {} --spacing {},{},{}", dims.x, dims.y, dims.z,
-                                  writtenType(job), side(0), side(1), side(2));
-  if (job.channels.size() > 1) flags += fmt::format(" --channels {} --planar", job.channels.size());
-  return flags;
-}
-
 // No file says what is empty, and import would choose by the values that it sees. In data units as the file has them.
-std::string emptyFlags(const ExportJob& job, bool maps_values) {
+std::string emptyFlags(const ExportJob& job, std::optional<ValueMap> map) {
   std::string flags;
   for (std::size_t i = 0; i < job.channels.size(); ++i) {
     const ChannelInfo& channel = job.channel(i);
     const double stored = static_cast<double>(channel.empty_threshold);
-    flags += fmt::format("{}{}", i == 0 ? " --empty " : ",", maps_values ? channel.dataFromStored(stored) : stored);
+    const double said = map ? map->offset + map->scale * stored : channel.dataFromStored(stored);
+    flags += fmt::format("{}{}", i == 0 ? " --empty " : ",", said);
   }
   return flags;
 }
 
-std::string importFlags(const ExportJob& job, const ExportOptions& options) {
-  std::string flags = options.format == ExportFormat::raw ? rawFlags(job) : "";
-  flags += emptyFlags(job, options.format == ExportFormat::nrrd || job.is_signed);
+std::string importFlags(const ExportJob& job, const Written& written) {
+  std::string flags = written.flags + emptyFlags(job, job.is_signed ? std::nullopt : written.map);
   const ChannelValues values = job.channel(0).values;
   bool alike = job.type() != VoxelType::rgba8;
   for (std::size_t i = 0; i < job.channels.size(); ++i) alike = alike && job.channel(i).values == values;
@@ -116,7 +75,60 @@ std::string importFlags(const ExportJob& job, const ExportOptions& options) {
   return flags.starts_with(' ') ? flags.substr(1) : flags;
 }
 
+struct FormatRow {
+  ExportFormat format;
+  std::string_view name;
+  std::vector<std::string_view> endings;  // the first is the usual one; none of folders that are named as one likes
+  bool has_signed_types;
+  Writer write;
+};
+
+const std::vector<FormatRow>& formatRows() {
+  static const std::vector<FormatRow> rows{
+      {ExportFormat::nrrd, "nrrd", {".nrrd"}, true, writeNrrd},
+      {ExportFormat::nifti, "nifti", {".nii", ".nii.gz"}, true, writeNifti},
+      {ExportFormat::tiff, "tiff", {".tif", ".tiff"}, false, writeTiff},
+      {ExportFormat::zarr, "zarr", {".zarr"}, true, writeZarr},
+      {ExportFormat::npy, "npy", {".npy"}, true, writeNpy},
+      {ExportFormat::raw, "raw", {".raw"}, true, writeRaw},
+      {ExportFormat::png, "png", {}, false, writePng},
+      {ExportFormat::prism, "prism", {".prism"}, false, writePrism},
+  };
+  return rows;
+}
+
+const FormatRow& rowOf(ExportFormat format) { return *std::ranges::find(formatRows(), format, &FormatRow::format); }
+
 }  // namespace
+
+std::optional<ExportFormat> exportFormat(std::string_view name) {
+  const auto row = std::ranges::find(formatRows(), name, &FormatRow::name);
+  return row == formatRows().end() ? std::nullopt : std::optional(row->format);
+}
+
+std::optional<ExportFormat> exportFormatOf(const std::filesystem::path& path) {
+  const std::string name = lowerCase((path.has_filename() ? path : path.parent_path()).filename().string());
+  for (const FormatRow& row : formatRows()) {
+    for (const std::string_view ending : row.endings) {
+      if (name.ends_with(ending)) return row.format;
+    }
+  }
+  return std::nullopt;
+}
+
+std::vector<std::string> exportFormatNames() {
+  std::vector<std::string> names;
+  for (const FormatRow& row : formatRows()) names.emplace_back(row.name);
+  return names;
+}
+
+std::string exportEndings() {
+  std::string text;
+  for (const FormatRow& row : formatRows()) {
+    for (const std::string_view ending : row.endings) text += fmt::format("{}{}", text.empty() ? "" : " ", ending);
+  }
+  return text;
+}
 
 ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& path, const ExportOptions& options) {
   const VolumeInfo& info = file.info();
@@ -136,23 +148,15 @@ ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& p
                 .channels = checkedChannels(options, info, name),
                 .world_from_index = boxPlace(info, options.level, box),
                 .progress = options.progress};
-  job.is_signed = options.format != ExportFormat::prism && isSigned(job);
-  ExportReport report{.dims = box.dims(), .channels = job.channels.size(), .type = writtenType(job)};
-  switch (options.format) {
-    case ExportFormat::nrrd:
-      report.bytes = writeNrrd(job, path);
-      break;
-    case ExportFormat::raw:
-      report.bytes = writeRaw(job, path);
-      break;
-    case ExportFormat::prism:
-      checkPrism(job, name);
-      report.bytes = writePrism(job, path);
-      break;
-  }
-  report.import_flags = importFlags(job, options);
-  noteLosses(job, options, report);
-  return report;
+  const FormatRow& row = rowOf(options.format);
+  job.is_signed = row.has_signed_types && isSigned(job);
+  const Written written = row.write(job, path);
+  return {.dims = box.dims(),
+          .channels = job.channels.size(),
+          .type = writtenType(job),
+          .bytes = written.bytes,
+          .import_flags = importFlags(job, written),
+          .notes = written.notes};
 }
 
 }  // namespace blockwalk

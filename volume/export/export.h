@@ -3,7 +3,8 @@
 //
 //   VolumeFile  blocks of a level, packed, empty ones not there
 //       | BoxReader: a piece at a time, dense
-//   planes.h (NRRD, raw) or prism.h (bricks in hierarchical Z order)
+//   planes.h (NRRD, raw, npy, NIfTI, TIFF: pieces at their places), row_reader.h (PNG, gzip: rows in their order),
+//   prism.cpp (bricks in hierarchical Z order) or zarr (chunks of every level)
 //       | OutputFile, OutputFolder: whole or not at all
 //
 // Voxels that are stored come out bit for bit, also those that are empty; the others, which are all empty, as the empty
@@ -23,7 +24,14 @@
 
 namespace blockwalk {
 
-enum class ExportFormat { nrrd, raw, prism };
+enum class ExportFormat { nrrd, nifti, tiff, zarr, npy, raw, png, prism };
+
+// By name: "nrrd". By how a file of it is named: "x.nii.gz", "x.TIF"; nothing where no format has such names.
+std::optional<ExportFormat> exportFormat(std::string_view name);
+std::optional<ExportFormat> exportFormatOf(const std::filesystem::path& path);
+std::vector<std::string> exportFormatNames();
+// ".nrrd .nii ...", for people.
+std::string exportEndings();
 
 struct ExportOptions {
   ExportFormat format = ExportFormat::nrrd;

@@ -143,13 +143,10 @@ class HeaderWriter {
 
 }  // namespace
 
-std::uint64_t writeNrrd(const ExportJob& job, const std::filesystem::path& path) {
-  const std::string header = HeaderWriter(job).write();
-  OutputFile file(path);
-  file.write(0, std::as_bytes(std::span(header)));
-  writePlanes(job, file, header.size());
-  file.commit();
-  return header.size() + planesBytes(job);
+std::string nrrdHeader(const ExportJob& job) { return HeaderWriter(job).write(); }
+
+Written writeNrrd(const ExportJob& job, const std::filesystem::path& path) {
+  return {.bytes = writePlanes(job, {.header = nrrdHeader(job)}, path), .map = std::nullopt};
 }
 
 }  // namespace blockwalk

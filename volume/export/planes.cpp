@@ -19,8 +19,13 @@ constexpr std::size_t kPieceBytes = std::size_t{16} << 20;
 // Takes a piece after the other: of a row of blocks, all or so many as kPieceBytes hold.
 class PlaneWriter {
  public:
-  PlaneWriter(const ExportJob& job, OutputFile& file, std::uint64_t begin)
-      : job_(job), file_(file), begin_(begin), reader_(job.file, job.level), voxel_bytes_(voxelBytes(job.type())) {}
+  PlaneWriter(const ExportJob& job, OutputFile& file, const PlaneFile& plan)
+      : job_(job),
+        file_(file),
+        begin_(plan.header.size()),
+        order_(plan.order),
+        reader_(job.file, job.level),
+        voxel_bytes_(voxelBytes(job.type())) {}
 
   void write() {
     const int block = job_.file.info().blockVoxels();
@@ -53,7 +58,7 @@ class PlaneWriter {
   void writePiece(std::size_t channel, const VoxelBox& piece) {
     voxels_.resize(piece.voxels() * voxel_bytes_);
     reader_.read(job_.channels[channel], piece, voxels_);
-    if (job_.is_signed) flipSigns();
+    if (job_.is_signed) flipSigns(voxels_, voxel_bytes_);
     const glm::ivec3 dims = piece.dims();
     const bool is_whole = dims.x == job_.box.dims().x;  // then its rows of a slice are a run of the file
     const int rows = is_whole ? dims.y : 1;
@@ -66,19 +71,18 @@ class PlaneWriter {
     }
   }
 
-  void flipSigns() {
-    for (std::size_t i = voxel_bytes_ - 1; i < voxels_.size(); i += voxel_bytes_) voxels_[i] ^= std::byte{0x80};
-  }
-
   std::uint64_t offset(std::size_t channel, glm::ivec3 voxel) const {
     const glm::u64vec3 p(voxel - job_.box.begin);
     const glm::u64vec3 dims(job_.box.dims());
-    return begin_ + (((channel * dims.z + p.z) * dims.y + p.y) * dims.x + p.x) * voxel_bytes_;
+    const std::uint64_t slice =
+        order_ == PlaneOrder::by_channel ? channel * dims.z + p.z : p.z * job_.channels.size() + channel;
+    return begin_ + ((slice * dims.y + p.y) * dims.x + p.x) * voxel_bytes_;
   }
 
   const ExportJob& job_;
   OutputFile& file_;
   std::uint64_t begin_;
+  PlaneOrder order_;
   BoxReader reader_;
   std::size_t voxel_bytes_;
   std::vector<std::byte> voxels_;
@@ -90,16 +94,15 @@ std::uint64_t planesBytes(const ExportJob& job) {
   return job.box.voxels() * voxelBytes(job.type()) * job.channels.size();
 }
 
-void writePlanes(const ExportJob& job, OutputFile& file, std::uint64_t begin) {
-  file.setLength(begin + planesBytes(job));
-  PlaneWriter(job, file, begin).write();
-}
-
-std::uint64_t writeRaw(const ExportJob& job, const std::filesystem::path& path) {
+std::uint64_t writePlanes(const ExportJob& job, const PlaneFile& plan, const std::filesystem::path& path) {
   OutputFile file(path);
-  writePlanes(job, file, 0);
+  const std::uint64_t end = plan.header.size() + planesBytes(job);
+  file.setLength(end + plan.trailer.size());
+  if (!plan.header.empty()) file.write(0, std::as_bytes(std::span(plan.header)));
+  PlaneWriter(job, file, plan).write();
+  if (!plan.trailer.empty()) file.write(end, std::as_bytes(std::span(plan.trailer)));
   file.commit();
-  return planesBytes(job);
+  return end + plan.trailer.size();
 }
 
 }  // namespace blockwalk

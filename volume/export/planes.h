@@ -2,8 +2,9 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
+#include <string>
 
-#include "volume/build/storage.h"
 #include "volume/export/export_job.h"
 
 namespace blockwalk {
@@ -11,7 +12,16 @@ namespace blockwalk {
 // Bytes of the job's voxels, dense.
 std::uint64_t planesBytes(const ExportJob& job);
 
-// Writes them from byte `begin` of the file on, channel after channel, x fastest, little endian; the file ends there.
-void writePlanes(const ExportJob& job, OutputFile& file, std::uint64_t begin);
+// Which of the slices of several channels come first: all of one channel's, or all of one place's.
+enum class PlaneOrder { by_channel, by_slice };
+
+struct PlaneFile {
+  std::string header = {};
+  PlaneOrder order = PlaneOrder::by_channel;
+  std::string trailer = {};
+};
+
+// A file of the header, then the voxels, x fastest, little endian, then the trailer. Returns its bytes.
+std::uint64_t writePlanes(const ExportJob& job, const PlaneFile& plan, const std::filesystem::path& path);
 
 }  // namespace blockwalk

@@ -1,4 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
+#include <array>
 #include <cstring>
 #include <span>
 #include <string>
@@ -10,7 +11,7 @@
 #include "volume/export/export_job.h"
 #include "volume/export/output_folder.h"
 #include "volume/export/zeros.h"
-#include "volume/hz_order.h"
+#include "volume/formats/hz_order.h"
 
 namespace blockwalk {
 namespace {
@@ -73,7 +74,9 @@ class BrickWriter {
 
 }  // namespace
 
-std::uint64_t writePrism(const ExportJob& job, const std::filesystem::path& path) {
+Written writePrism(const ExportJob& job, const std::filesystem::path& path) {
+  requireTypes(job, "PRISM", std::array{VoxelType::u8, VoxelType::u16});
+  requireOneChannel(job, "PRISM");
   const glm::ivec3 dims = job.box.dims();
   const std::vector<BrickPlace> bricks = partitionBricks(dims, path.string());
   OutputFolder folder(path);
@@ -83,15 +86,16 @@ std::uint64_t writePrism(const ExportJob& job, const std::filesystem::path& path
     bytes += writer.write(i, bricks[i]);
     if (job.progress) job.progress("write", i + 1, bricks.size());
   }
-  const glm::dvec3 scale(glm::length(glm::dvec3(job.world_from_index[0])),
-                         glm::length(glm::dvec3(job.world_from_index[1])),
-                         glm::length(glm::dvec3(job.world_from_index[2])));
-  const std::string text = brickMetadata(bricks, dims, scale, static_cast<int>(voxelBytes(job.type())));
+  const std::string text = brickMetadata(bricks, dims, job.spacing(), static_cast<int>(voxelBytes(job.type())));
   OutputFile metadata(folder.partialPath() / "metadata.json");
   metadata.write(0, std::as_bytes(std::span(text)));
   metadata.commit();
   folder.commit();
-  return bytes + text.size();
+  Written written{.bytes = bytes + text.size()};
+  noteSpacingAlone(job, written.notes);
+  noteStoredValues(job, written.notes);
+  noteNames(job, written.notes);
+  return written;
 }
 
 }  // namespace blockwalk

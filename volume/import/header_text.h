@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Reading the text headers of image files: lines, words and numbers, strictly.
+// Reading the text headers of image files line by line.
 #pragma once
 
 #include <cstddef>
@@ -7,17 +7,14 @@
 #include <optional>
 #include <string>
 #include <string_view>
-#include <vector>
 
+#include "volume/formats/text.h"
 #include "volume/import/input_file.h"
 
 namespace blockwalk {
 
 // A header longer than this is refused.
 constexpr std::uint64_t kMaxHeaderTextBytes = std::uint64_t{1} << 20;
-
-// A text for people that is longer is no name of a unit, and left out.
-constexpr std::size_t kMaxUnitBytes = 64;
 
 // Lines of a header, one after another, without their ends (LF or CRLF).
 class HeaderLines {
@@ -34,13 +31,5 @@ class HeaderLines {
   std::uint64_t file_bytes_;
   std::size_t position_ = 0;
 };
-
-std::string_view trimmed(std::string_view text);
-std::vector<std::string_view> words(std::string_view text);
-std::string lowerCase(std::string_view text);
-
-// The whole text as a number; nothing where it is none.
-std::optional<std::int64_t> parseInteger(std::string_view text);
-std::optional<double> parseReal(std::string_view text);  // accepts nan and inf
 
 }  // namespace blockwalk

@@ -51,7 +51,14 @@ inline ImportFlags readFlags(const std::string& text) {
       const auto spacing = numbers();
       flags.source.spacing = glm::dvec3(spacing.at(0), spacing.at(1), spacing.at(2));
     } else if (word == "--channels") {
-      words >> flags.source.raw_channels;
+      words >> word;
+      if (word == "color") {
+        flags.source.channels = ChannelRule::color;
+      } else {
+        flags.source.raw_channels = std::stoi(word);
+      }
+    } else if (word == "--skip") {
+      words >> flags.source.skip_bytes;
     } else if (word == "--planar") {
       flags.source.planar = true;
     } else if (word == "--empty") {
@@ -73,6 +80,32 @@ inline void importAgain(const std::filesystem::path& path, const ExportReport& r
   flags.build.subblock_side = subblock_side;
   flags.build.block_side = 3;
   buildVolume(*openSource({path}, flags.source), volume, flags.build);
+}
+
+struct Shape {
+  VoxelType type;
+  std::size_t channels;
+  glm::ivec3 dims;
+  int subblock_side;
+  double threshold;  // stored units
+};
+
+inline const Shape kShapes[] = {
+    {VoxelType::u8, 1, {61, 47, 33}, 8, 0},     {VoxelType::u8, 4, {29, 53, 7}, 4, 100},
+    {VoxelType::u16, 1, {1, 75, 50}, 16, 999},  {VoxelType::u16, 3, {50, 25, 26}, 8, 20000},
+    {VoxelType::f32, 1, {40, 31, 59}, 8, -90},  {VoxelType::f32, 2, {97, 3, 13}, 4, 0.125},
+    {VoxelType::rgba8, 1, {23, 64, 25}, 8, 99}, {VoxelType::rgba8, 1, {1, 1, 1}, 8, 0},
+};
+
+// Blocks are of 3 subblocks a side; data thresholds are the shape's.
+inline void buildShape(const Shape& shape, MemorySource& source, const std::filesystem::path& volume) {
+  BuildOptions options;
+  options.subblock_side = shape.subblock_side;
+  options.block_side = 3;
+  for (const SourceChannel& channel : source.info().channels) {
+    options.empty_thresholds.push_back(channel.value_offset + channel.value_scale * shape.threshold);
+  }
+  buildVolume(source, volume, options);
 }
 
 inline std::set<std::string> namesIn(const std::filesystem::path& folder) {

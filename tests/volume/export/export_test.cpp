@@ -14,20 +14,8 @@ namespace {
 
 using testing::HasSubstr;
 
-struct Shape {
-  VoxelType type;
-  std::size_t channels;
-  glm::ivec3 dims;
-  int subblock_side;
-  double threshold;
-};
-
-const Shape kShapes[] = {
-    {VoxelType::u8, 1, {61, 47, 33}, 8, 0},     {VoxelType::u8, 4, {29, 53, 7}, 4, 100},
-    {VoxelType::u16, 1, {1, 75, 50}, 16, 999},  {VoxelType::u16, 3, {50, 25, 26}, 8, 20000},
-    {VoxelType::f32, 1, {40, 31, 59}, 8, -90},  {VoxelType::f32, 2, {97, 3, 13}, 4, 0.125},
-    {VoxelType::rgba8, 1, {23, 64, 25}, 8, 99}, {VoxelType::rgba8, 1, {1, 1, 1}, 8, 0},
-};
+const ExportFormat kFormats[] = {ExportFormat::nrrd, ExportFormat::nifti, ExportFormat::tiff, ExportFormat::zarr,
+                                 ExportFormat::npy,  ExportFormat::raw,   ExportFormat::png,  ExportFormat::prism};
 
 class ExportShapes : public testing::TestWithParam<Shape> {
  protected:
@@ -41,14 +29,7 @@ class ExportShapes : public testing::TestWithParam<Shape> {
     info.world_from_index =
         glm::dmat4(glm::dvec4(0.7, 0, 0, 0), glm::dvec4(0, 0.1, 0, 0), glm::dvec4(0, 0, 3, 0), glm::dvec4(0, 0, 0, 1));
     if (has_place) describe(info);
-    BuildOptions options;
-    options.subblock_side = shape.subblock_side;
-    options.block_side = 3;
-    for (std::size_t i = 0; i < shape.channels; ++i) {
-      options.empty_thresholds.push_back(info.channels[i].value_offset +
-                                         info.channels[i].value_scale * shape.threshold);
-    }
-    buildVolume(source, folder_ / "v.bwv", options);
+    buildShape(shape, source, folder_ / "v.bwv");
   }
 
   // Oblique, and with everything that people may want to know.
@@ -258,7 +239,7 @@ TEST(Export, RefusesWhatTheVolumeHasNot) {
   EXPECT_THAT(refused("a", {.box = VoxelBox{{0, 0, -1}, {1, 1, 1}}}), HasSubstr("box: -1..1 along axis 2"));
   EXPECT_THAT(refused("a", {.channels = {2}}), HasSubstr("channels: 2 is outside 0..1"));
   EXPECT_THAT(refused("a", {.channels = {1, 1}}), HasSubstr("channels: 1 is named twice"));
-  for (const ExportFormat format : {ExportFormat::nrrd, ExportFormat::raw, ExportFormat::prism}) {
+  for (const ExportFormat format : kFormats) {
     EXPECT_THAT(refused("there", {.format = format, .channels = {0}}), HasSubstr("is a folder"));
   }
   EXPECT_THROW(exportVolume(VolumeFile(folder / "v.bwv"), folder / "no/a.raw", {.format = ExportFormat::raw}),
@@ -274,7 +255,7 @@ TEST(Export, WhatFailsLeavesNothingAndTakesNothing) {
   bytes[bytes.size() - 100] ^= 1;  // among the last voxels of level 0
   writeBytes(folder / "v.bwv", bytes);
   writeBytes(folder / "a", "before");
-  for (const ExportFormat format : {ExportFormat::nrrd, ExportFormat::raw, ExportFormat::prism}) {
+  for (const ExportFormat format : kFormats) {
     for (const char* out : {"a", "b"}) {
       EXPECT_THAT(exportRefusal(folder / "v.bwv", folder / out, {.format = format}),
                   testing::AnyOf(HasSubstr("checksum"), HasSubstr("is there already")));

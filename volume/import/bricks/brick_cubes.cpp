@@ -8,7 +8,7 @@
 #include <utility>
 
 #include "volume/error.h"
-#include "volume/hz_order.h"
+#include "volume/formats/hz_order.h"
 #include "volume/volume.h"
 
 namespace blockwalk {

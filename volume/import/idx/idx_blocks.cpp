@@ -11,7 +11,7 @@
 #include <system_error>
 
 #include "volume/error.h"
-#include "volume/hz_order.h"
+#include "volume/formats/hz_order.h"
 #include "volume/import/idx/idx_samples.h"
 
 namespace blockwalk {

@@ -10,22 +10,13 @@
 #include <string_view>
 
 #include "volume/error.h"
+#include "volume/formats/nifti_layout.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
 namespace {
 
-constexpr std::int32_t kNifti1Bytes = 348;
-constexpr std::int32_t kNifti2Bytes = 540;
-
 enum class NiftiKind { none, analyze, nifti1, nifti2 };
-
-// Where the fields lie, NIfTI-1 and NIfTI-2.
-struct NiftiLayout {
-  std::size_t datatype, dim, pixdim, vox_offset, slope, qform_code, sform_code, quaternion, offset, srow, units, intent;
-};
-constexpr NiftiLayout kLayout1{70, 40, 76, 108, 112, 252, 254, 256, 268, 280, 123, 68};
-constexpr NiftiLayout kLayout2{12, 16, 104, 168, 176, 344, 348, 352, 376, 400, 500, 504};
 
 class NiftiBytes {
  public:
@@ -68,7 +59,7 @@ FoundKind kindOf(std::span<const std::byte> start) {
     if (size != kNifti1Bytes) continue;
     if (has(344, std::string_view("n+1\0", 4))) return {NiftiKind::nifti1, swap, true};
     if (has(344, std::string_view("ni1\0", 4))) return {NiftiKind::nifti1, swap, false};
-    const auto axes = bytes.get<std::int16_t>(kLayout1.dim);
+    const auto axes = bytes.get<std::int16_t>(kNifti1Layout.dim);
     const bool is_analyze = has(38, "r") && axes >= 1 && axes <= 7 && start.size() >= kNifti1Bytes;
     if (is_analyze) return {NiftiKind::analyze, swap, false};
   }
@@ -105,7 +96,7 @@ class NiftiReader {
       : bytes_(start, found.swap),
         kind_(found.kind),
         is_wide_(found.kind == NiftiKind::nifti2),
-        at_(is_wide_ ? kLayout2 : kLayout1),
+        at_(is_wide_ ? kNifti2Layout : kNifti1Layout),
         source_(source) {
     header_.is_single = found.is_single;
   }
@@ -245,8 +236,7 @@ class NiftiReader {
     constexpr std::array<const char*, 4> kLengths{"", "m", "mm", "um"};
     const auto length = static_cast<std::size_t>(units & 7);
     if (length < kLengths.size()) header_.length_unit = kLengths[length];
-    constexpr int kLabelIntent = 1002;
-    header_.is_labels = code(at_.intent) == kLabelIntent && header_.format.channels == 1;
+    header_.is_labels = code(at_.intent) == kNiftiLabelIntent && header_.format.channels == 1;
     const double slope = real(at_.slope, 0);
     const double offset = real(at_.slope, 1);
     if (slope == 0 || !std::isfinite(slope)) return;

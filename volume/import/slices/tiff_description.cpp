@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volume/import/slices/tiff_description.h"
 
-#include "volume/import/length_unit.h"
+#include "volume/formats/length_unit.h"
 
 namespace blockwalk {
 namespace {

@@ -4,9 +4,9 @@
 #include <map>
 
 #include "volume/error.h"
+#include "volume/formats/length_unit.h"
 #include "volume/import/frame.h"
 #include "volume/import/header_text.h"
-#include "volume/import/length_unit.h"
 #include "volume/import/slices/tiff_description.h"
 #include "volume/volume.h"
 

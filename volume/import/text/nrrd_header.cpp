@@ -12,11 +12,11 @@
 #include <vector>
 
 #include "volume/error.h"
+#include "volume/formats/world_space.h"
 #include "volume/import/header_text.h"
 #include "volume/import/text/nrrd_fields.h"
 #include "volume/import/text/nrrd_keys.h"
 #include "volume/import/text/nrrd_place.h"
-#include "volume/import/world_space.h"
 #include "volume/volume.h"
 
 namespace blockwalk {

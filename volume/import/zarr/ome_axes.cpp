@@ -7,8 +7,8 @@
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/formats/length_unit.h"
 #include "volume/import/header_text.h"
-#include "volume/import/length_unit.h"
 
 namespace blockwalk {
 namespace {

@@ -12,6 +12,7 @@
 
 #include "volume/error.h"
 #include "volume/import/convert/channel.h"
+#include "volume/import/convert/color_source.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
 #include "volume/import/zarr/ome_image.h"
@@ -210,7 +211,8 @@ std::vector<std::byte> blankVoxel(const ZarrArray& array, const ChannelConverter
   return blank;
 }
 
-std::unique_ptr<Source> openStore(std::shared_ptr<const ZarrStore> store, const ImportOptions& options) {
+// Channel after channel.
+std::unique_ptr<Source> openChannels(std::shared_ptr<const ZarrStore> store, const ImportOptions& options) {
   OmeImage image = findOmeImage(*store, "", options.level);
   const auto node = readZarrNode(*store, image.key);
   if (!node || !node->is_array) failData("{}: '{}' is no array", store->name(), image.key);
@@ -241,6 +243,15 @@ std::unique_ptr<Source> openStore(std::shared_ptr<const ZarrStore> store, const 
   }
   info.notes = std::move(image.notes);
   return std::make_unique<ZarrSource>(std::move(volume), converter, std::move(info));
+}
+
+std::unique_ptr<Source> openStore(std::shared_ptr<const ZarrStore> store, const ImportOptions& options) {
+  if (options.channels != ChannelRule::color) return openChannels(std::move(store), options);
+  ImportOptions of_channels = options;
+  of_channels.channels = ChannelRule::fields;
+  of_channels.density = DensityRule::automatic;  // that of the colour
+  of_channels.channel_names.clear();
+  return makeColorSource(openChannels(std::move(store), of_channels), options);
 }
 
 // A level that is named by its own folder has its place from the image around it.

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/formats/crc32c.h"
 
 namespace blockwalk {
 namespace {
@@ -79,23 +80,6 @@ std::optional<std::size_t> unpackOne(ZarrCodec codec, std::span<const std::byte>
   return std::nullopt;
 }
 
-// Tables[k] is one byte and k zeros behind it.
-std::array<std::array<std::uint32_t, 256>, 8> crcTables() {
-  constexpr std::uint32_t kReversed = 0x82f63b78;
-  std::array<std::array<std::uint32_t, 256>, 8> tables{};
-  for (std::uint32_t byte = 0; byte < 256; ++byte) {
-    std::uint32_t crc = byte;
-    for (int bit = 0; bit < 8; ++bit) crc = (crc & 1) != 0 ? crc >> 1 ^ kReversed : crc >> 1;
-    tables[0][byte] = crc;
-  }
-  for (std::size_t k = 1; k < 8; ++k) {
-    for (std::size_t byte = 0; byte < 256; ++byte) {
-      tables[k][byte] = tables[k - 1][byte] >> 8 ^ tables[0][tables[k - 1][byte] & 0xff];
-    }
-  }
-  return tables;
-}
-
 }  // namespace
 
 std::optional<ZarrCodec> zarrCodec(std::string_view name) {
@@ -130,21 +114,6 @@ std::optional<std::size_t> unpackDeflate(std::span<const std::byte> packed, std:
 }
 
 std::uint64_t mostPackedBytes(std::uint64_t bytes) { return bytes + bytes / 8 + 4096; }
-
-std::uint32_t crc32c(std::span<const std::byte> bytes) {
-  static const auto kTables = crcTables();
-  std::uint32_t crc = ~0u;
-  std::size_t i = 0;
-  for (; i + 8 <= bytes.size(); i += 8) {
-    const std::uint32_t low = crc ^ littleEndianWord(bytes.subspan(i, 4));
-    const std::uint32_t high = littleEndianWord(bytes.subspan(i + 4, 4));
-    crc = kTables[7][low & 0xff] ^ kTables[6][low >> 8 & 0xff] ^ kTables[5][low >> 16 & 0xff] ^ kTables[4][low >> 24] ^
-          kTables[3][high & 0xff] ^ kTables[2][high >> 8 & 0xff] ^ kTables[1][high >> 16 & 0xff] ^
-          kTables[0][high >> 24];
-  }
-  for (; i < bytes.size(); ++i) crc = crc >> 8 ^ kTables[0][(crc ^ std::to_integer<std::uint32_t>(bytes[i])) & 0xff];
-  return ~crc;
-}
 
 Bytes unpackZarr(Bytes packed, std::span<const ZarrCodec> codecs, std::uint64_t bytes, const std::string& object) {
   for (std::size_t left = codecs.size(); left-- > 0;) {

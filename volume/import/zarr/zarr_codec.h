@@ -32,7 +32,4 @@ std::vector<std::byte> unpackZarr(std::vector<std::byte> packed, std::span<const
 // nothing where it is broken or has more than `out`.
 std::optional<std::size_t> unpackDeflate(std::span<const std::byte> packed, std::span<std::byte> out, int window_bits);
 
-// CRC-32C (Castagnoli) as RFC 3720 has it.
-std::uint32_t crc32c(std::span<const std::byte> bytes);
-
 }  // namespace blockwalk

@@ -2,7 +2,7 @@
 #include <random>
 
 #include "tests/volume/import/import_scratch.h"
-#include "volume/hz_order.h"
+#include "volume/formats/hz_order.h"
 
 namespace blockwalk {
 namespace {

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "tests/volume/import/import_scratch.h"
-#include "volume/hz_order.h"
+#include "volume/formats/hz_order.h"
 #include "volume/import/idx/idx_bits.h"
 #include "volume/import/idx/idx_header.h"
 

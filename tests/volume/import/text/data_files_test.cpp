@@ -3,7 +3,7 @@
 #include <bzlib.h>
 
 #include "tests/volume/import/import_scratch.h"
-#include "volume/import/world_space.h"
+#include "volume/formats/world_space.h"
 
 namespace blockwalk {
 namespace {

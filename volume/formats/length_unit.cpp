@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "volume/import/length_unit.h"
+#include "volume/formats/length_unit.h"
 
 #include <array>
 
-#include "volume/import/header_text.h"
+#include "volume/formats/text.h"
 
 namespace blockwalk {
 namespace {

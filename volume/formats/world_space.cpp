@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "volume/import/world_space.h"
+#include "volume/formats/world_space.h"
 
 #include <array>
 #include <glm/glm.hpp>
 #include <optional>
 #include <vector>
 
-#include "volume/import/header_text.h"
+#include "volume/formats/text.h"
 
 namespace blockwalk {
 namespace {
@@ -73,18 +73,19 @@ std::string_view withoutTime(std::string_view text) {
 WorldSpace worldSpace(std::string_view said) {
   const std::string lower = lowerCase(trimmed(said));
   const std::string_view text = withoutTime(lower);
-  if (text == "3d-left-handed" || text == "3dlh") return {"3D-right-handed", true};
-  if (text == "3d-right-handed" || text == "3drh") return {"3D-right-handed", false};
-  if (text == "scanner-xyz") return {"scanner-xyz", false};
+  if (text == "3d-left-handed" || text == "3dlh") return {.name = "3D-right-handed", .is_left_handed = true};
+  if (text == "3d-right-handed" || text == "3drh") return {.name = "3D-right-handed"};
+  if (text == "scanner-xyz") return {.name = "scanner-xyz"};
   const auto found = directions(text);
-  if (!found) return {std::string(said), false};
+  if (!found) return {.name = std::string(said)};
   glm::dmat3 axes(0);
   for (int i = 0; i < 3; ++i)
     axes[i][(*found)[static_cast<std::size_t>(i)].axis] = (*found)[static_cast<std::size_t>(i)].sign;
   const bool is_left = glm::determinant(axes) < 0;
   std::string name(is_left ? opposite((*found)[0]) : (*found)[0].name);
   for (const std::size_t i : {1, 2}) name.append("-").append((*found)[i].name);
-  return {name, is_left};
+  if (is_left) axes[0] = -axes[0];
+  return {name, is_left, axes};
 }
 
 }  // namespace blockwalk
