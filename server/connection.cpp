@@ -16,6 +16,7 @@
 #include "protocol/json_text.h"
 #include "protocol/render_json.h"
 #include "server/base/peer.h"
+#include "server/base/reason.h"
 #include "server/http/chunked_body.h"
 #include "server/http/departure.h"
 #include "server/http/problem.h"
@@ -62,7 +63,11 @@ class Connection {
   asio::awaitable<HttpReply> answer(HttpRequest& request, std::optional<StreamJob>& stream);
   // `has_left_` where nobody waits for the reply any more.
   asio::awaitable<HttpReply> answerImage(const HttpRequest& request, const ImageJob& job);
+  // Its reply goes on with the voxels of `region_`.
+  asio::awaitable<HttpReply> answerRegion(const HttpRequest& request, const RegionJob& job);
   asio::awaitable<error_code> send(const HttpReply& reply);
+  asio::awaitable<error_code> sendBytes(std::span<const std::byte> bytes, SendWatch& watch);
+  asio::awaitable<error_code> sendRegion(std::uint64_t bytes);
   // After it the connection closes.
   asio::awaitable<Next> sendLast(HttpReply&& reply);
   asio::awaitable<void> linger();
@@ -80,6 +85,7 @@ class Connection {
   std::optional<WaitingConnections::Place> waiting_;
   bool is_first_ = true;
   bool has_left_ = false;
+  std::shared_ptr<Region> region_;  // of which the reply under way has the voxels
 };
 
 // Else the client went away, or its time was up and the stream has closed the socket: nobody is there to be answered.
@@ -214,6 +220,7 @@ asio::awaitable<HttpReply> Connection::answer(HttpRequest& request, std::optiona
   try {
     RouteResult result = routeRequest(request, services_.state);
     if (auto* job = std::get_if<ImageJob>(&result)) co_return co_await answerImage(request, *job);
+    if (auto* job = std::get_if<RegionJob>(&result)) co_return co_await answerRegion(request, *job);
     if (auto* reply = std::get_if<HttpReply>(&result)) co_return std::move(*reply);
     stream = std::get<StreamJob>(result);
     co_return HttpReply{};
@@ -252,6 +259,26 @@ asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, c
   co_return reply;
 }
 
+asio::awaitable<HttpReply> Connection::answerRegion(const HttpRequest& request, const RegionJob& job) {
+  const auto place = services_.regions.lease(account_.peer);
+  if (place == nullptr) {
+    co_return failureReply({.status = 429, .detail = "as many regions are sent as may be", .field = {}});
+  }
+  const RegionOrder order = job.order;
+  OpenedRegion opened = co_await services_.regions.open(order);
+  if (opened.error) std::rethrow_exception(opened.error);
+  HttpReply reply{.status = 200, .type = job.type, .fields = {}, .body = {}};
+  reply.more_bytes = opened.bytes;
+  reply.omit_body = request.method == "HEAD";
+  reply.room = place;
+  reply.fields.emplace_back("ETag", job.etag);
+  reply.fields.emplace_back("Cache-Control", "no-cache");
+  const std::string name = fmt::format("{}.{}", order.id, order.request.format);  // an id needs no escapes
+  reply.fields.emplace_back("Content-Disposition", fmt::format("attachment; filename=\"{}\"", name));
+  if (!reply.omit_body) region_ = std::move(opened.region);
+  co_return reply;
+}
+
 // The time for it is SendWatch's to judge.
 asio::awaitable<error_code> Connection::send(const HttpReply& reply) {
   ServerCounters& counters = services_.state.counters;
@@ -260,17 +287,42 @@ asio::awaitable<error_code> Connection::send(const HttpReply& reply) {
   const std::string head = replyHead(reply);
   error_code error;
   stream_.expires_never();
-  SendWatch watch(stream_, sendBounds(options_));
-  std::span<const std::byte> rest = reply.omit_body ? std::span<const std::byte>() : reply.body.view;
-  co_await asio::async_write(stream_, asio::buffer(head), keepError(error));
-  watch.wrote(head.size());
-  counters.sent_bytes += head.size();
-  while (!rest.empty() && !error) {
-    const auto slice = rest.first(std::min(kSlice, rest.size()));
+  {
+    SendWatch watch(stream_, sendBounds(options_));
+    error = co_await sendBytes(std::as_bytes(std::span(head)), watch);
+    if (!error && !reply.omit_body) error = co_await sendBytes(reply.body.view, watch);
+  }
+  if (region_ == nullptr || error) co_return error;
+  co_return co_await sendRegion(reply.more_bytes);
+}
+
+asio::awaitable<error_code> Connection::sendBytes(std::span<const std::byte> bytes, SendWatch& watch) {
+  error_code error;
+  while (!bytes.empty() && !error) {
+    const auto slice = bytes.first(std::min(kSlice, bytes.size()));
     co_await asio::async_write(stream_, asio::buffer(slice.data(), slice.size()), keepError(error));
     watch.wrote(slice.size());
-    counters.sent_bytes += slice.size();
-    rest = rest.subspan(slice.size());
+    services_.state.counters.sent_bytes += slice.size();
+    bytes = bytes.subspan(slice.size());
+  }
+  co_return error;
+}
+
+// A piece is read when the client has taken the one before. What cannot be read ends the connection before the length
+// that was said: so the client knows.
+asio::awaitable<error_code> Connection::sendRegion(std::uint64_t bytes) {
+  const std::shared_ptr<Region> region = std::move(region_);
+  error_code error;
+  while (bytes > 0 && !error) {
+    const RegionPiece piece = co_await services_.regions.next(region);
+    if (piece.error || piece.bytes.empty() || piece.bytes.size() > bytes) {
+      spdlog::error("a region ends early: {}", piece.error ? reasonOf(piece.error) : "it has another length");
+      stream_.close();
+      co_return asio::error::operation_aborted;
+    }
+    SendWatch watch(stream_, sendBounds(options_));
+    error = co_await sendBytes(piece.bytes, watch);
+    bytes -= piece.bytes.size();
   }
   co_return error;
 }

@@ -8,6 +8,7 @@
 #include "protocol/image_codec.h"
 #include "protocol/json_text.h"
 #include "protocol/query_string.h"
+#include "protocol/region_request.h"
 #include "protocol/render_json.h"
 #include "server/http/problem.h"
 
@@ -207,6 +208,31 @@ RouteResult answerImage(const Asked& asked) {
       .volume = entry.served, .view = std::move(view), .format = image.format, .quality = image.quality, .etag = etag};
 }
 
+RouteResult answerRegion(const Asked& asked) {
+  const HttpRequest& request = asked.request;
+  const CatalogEntry& entry = asked.volume();
+  const RegionRequest region = readRegionRequest(readQuery(request));
+  const ServedVolume& volume = requireReady(entry, asked.state);
+  const std::uint64_t bytes = regionBytes(*volume.info, region, volume.id);
+  const std::uint64_t most = asked.state.options.max_region;
+  if (bytes > most) {
+    refuse(413, fmt::format("the region has {} bytes, of which a reply has at most {}", bytes, most), "box");
+  }
+  const std::string type = region.format == "nrrd" ? "application/x-nrrd" : "application/octet-stream";
+  if (!acceptsType(request, type)) refuse(406, fmt::format("this region is {}", type), "Accept");
+  const std::string content = fmt::format("{}|{}|{}", BLOCKWALK_VERSION, volume.identity, regionQuery(region));
+  const std::string etag = fmt::format("\"{}\"", contentTag(content));
+  if (matchesTag(request, etag)) {
+    HttpReply reply{.status = 304, .type = {}, .fields = {}, .body = {}};
+    reply.fields.emplace_back("ETag", etag);
+    reply.fields.emplace_back("Cache-Control", "no-cache");
+    return reply;
+  }
+  return RegionJob{.order = {.file = entry.file, .identity = volume.identity, .id = volume.id, .request = region},
+                   .type = type,
+                   .etag = etag};
+}
+
 RouteResult answerStream(const Asked& asked) {
   const ServerState& state = asked.state;
   const CatalogEntry& entry = asked.volume();
@@ -235,6 +261,7 @@ constexpr std::array kRoutes = {
     Route{{"/api/v1/volumes", kReadMethods, "all volumes"}, answerVolumes},
     Route{{"/api/v1/volumes/{id}", kReadMethods, "one volume"}, answerVolume},
     Route{{"/api/v1/volumes/{id}/image", "GET, HEAD, POST, OPTIONS", "a picture"}, answerImage, true},
+    Route{{"/api/v1/volumes/{id}/region", kReadMethods, "voxels of a box"}, answerRegion, true},
     Route{{"/api/v1/volumes/{id}/stream", "GET, OPTIONS", "WebSocket blockwalk.v1"}, answerStream, true},
 };
 

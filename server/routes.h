@@ -11,6 +11,7 @@
 
 #include "protocol/view_fields.h"
 #include "server/http/message.h"
+#include "server/region/region_maker.h"
 #include "server/state/server_state.h"
 #include "view/resolved_view.h"
 
@@ -24,11 +25,17 @@ struct ImageJob {
   std::string etag;
 };
 
+struct RegionJob {
+  RegionOrder order;
+  std::string type;  // of the reply's body
+  std::string etag;
+};
+
 struct StreamJob {
   std::shared_ptr<const ServedVolume> volume;
 };
 
-using RouteResult = std::variant<HttpReply, ImageJob, StreamJob>;
+using RouteResult = std::variant<HttpReply, ImageJob, RegionJob, StreamJob>;
 
 // The request's header was judged before. Refusals come back as replies.
 RouteResult routeRequest(const HttpRequest& request, const ServerState& state);

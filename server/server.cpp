@@ -107,7 +107,8 @@ struct Server::Parts {
         state(makeState(options, address)),
         frames(state.room, state.counters.frames, mailbox, renderer, encoders,
                static_cast<std::size_t>(options.encode_threads)),
-        services{.state = state, .frames = frames, .tls = loadTls(options)},
+        regions(mailbox, region_threads),
+        services{.state = state, .frames = frames, .regions = regions, .tls = loadTls(options)},
         keeper_services{.catalog = state.catalog, .renderer = renderer, .mailbox = mailbox, .loaders = loaders},
         mailbox(io),
         acceptor(listenAt(io, address)),
@@ -126,7 +127,7 @@ struct Server::Parts {
   }
   ~Parts() {
     renderer.end();
-    for (asio::thread_pool* pool : {&encoders, &loaders}) {
+    for (asio::thread_pool* pool : {&encoders, &loaders, &region_threads}) {
       pool->stop();
       pool->join();
     }
@@ -151,6 +152,7 @@ struct Server::Parts {
   RenderThread renderer;
   ServerState state;
   FrameMaker frames;
+  RegionMaker regions;
   Services services;
   KeeperServices keeper_services;
   int status = 0;
@@ -163,6 +165,7 @@ struct Server::Parts {
   std::list<VolumeKeeper> keepers;
   asio::thread_pool encoders;
   asio::thread_pool loaders{1};
+  asio::thread_pool region_threads{1};
 };
 
 void Server::Parts::addLoop(std::function<asio::awaitable<void>()> body) {

@@ -2,13 +2,10 @@
 #include "server/volume_keeper.h"
 
 #include <spdlog/spdlog.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <boost/asio/post.hpp>
-#include <cerrno>
 #include <optional>
-#include <system_error>
 #include <utility>
 
 #include "protocol/json_text.h"
@@ -18,16 +15,6 @@
 
 namespace blockwalk {
 namespace {
-
-FileLook lookAt(const std::filesystem::path& file) {
-  struct stat status {};
-  if (::stat(file.c_str(), &status) != 0) {
-    const int error = errno;
-    return {.missing = std::generic_category().message(error), .is_gone = error == ENOENT || error == ENOTDIR};
-  }
-  return {.identity = fmt::format("{}|{}|{}|{}|{}.{:09}", file.string(), status.st_dev, status.st_ino, status.st_size,
-                                  status.st_mtim.tv_sec, status.st_mtim.tv_nsec)};
-}
 
 struct OpenResult {
   std::optional<VolumeFile> file;

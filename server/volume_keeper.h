@@ -13,6 +13,7 @@
 #include <memory>
 #include <string>
 
+#include "server/base/file_look.h"
 #include "server/base/signal.h"
 #include "server/render/mailbox.h"
 #include "server/render/render_thread.h"
@@ -28,14 +29,6 @@ struct KeeperServices {
   asio::thread_pool& loaders;
   VolumeId last_number = 0;
   std::function<void(const ServedVolume& old)> on_replaced = {};
-};
-
-// A file as it is now.
-struct FileLook {
-  std::string identity = {};      // changes when the file does; empty: it could not be looked at
-  std::string missing = {};       // why it cannot be looked at; empty: it can, or nobody knows
-  bool is_gone = false;           // where it cannot: it is not there
-  std::exception_ptr error = {};  // looking failed
 };
 
 class VolumeKeeper {

@@ -49,6 +49,8 @@ const std::array kOptions = {
     ServerOption{"max-image-jobs", "N", "images of HTTP requests waiting at the same time", &Options::max_image_jobs, 1,
                  10000},
     ServerOption{"max-megapixels", "N", "of all frames waiting to be encoded", &Options::max_megapixels, 68, 100000},
+    ServerOption{"max-region", "SIZE", "of the voxels in one reply (default: 1GiB)", &Options::max_region, 1,
+                 std::int64_t{1} << 50},
     ServerOption{"message-rate", "N", "messages a second that a stream takes; more wait", &Options::message_rate, 1,
                  1000000},
     ServerOption{"message-bytes", "BYTES", "of messages a second that a stream takes; more wait",

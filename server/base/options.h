@@ -39,6 +39,7 @@ struct ServerOptions {
   std::int64_t max_sessions = 64;
   std::int64_t max_image_jobs = 32;
   std::int64_t max_megapixels = 256;
+  std::uint64_t max_region = std::uint64_t{1} << 30;  // bytes
   std::int64_t message_rate = 4000;
   std::int64_t message_bytes = 4 << 20;  // a second
   std::int64_t frames_in_flight = 3;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -33,6 +34,7 @@ struct HttpReply {
   std::string type = {};  // of the body
   std::vector<std::pair<std::string, std::string>> fields = {};
   Bytes body = {};                  // without an owner: none
+  std::uint64_t more_bytes = 0;     // that follow the body, from who sends it
   bool omit_body = false;           // the answer to HEAD
   bool close = false;               // the connection ends after this
   std::shared_ptr<void> room = {};  // kept until the reply is sent

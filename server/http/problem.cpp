@@ -7,6 +7,7 @@
 #include <new>
 
 #include "protocol/json_text.h"
+#include "server/base/volume_error.h"
 #include "view/device_info.h"
 #include "view/view.h"
 #include "volume/error.h"

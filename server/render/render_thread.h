@@ -28,6 +28,7 @@
 #include <vector>
 
 #include "renderer/renderer.h"
+#include "server/base/volume_error.h"
 #include "server/render/fair_queue.h"
 #include "server/render/mailbox.h"
 
@@ -49,11 +50,6 @@ struct RenderJob {
   VolumeId volume = 0;
   FrameOrder frame;
   Answer<RenderResult> done;  // called once, unless the thread is stopped first
-};
-
-// The volume's file could not be loaded, or broke while it was served. The text names the file without its folder.
-struct VolumeError : DataError {
-  using DataError::DataError;
 };
 
 // Clients learn a file's name, not where it lies.

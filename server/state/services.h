@@ -8,6 +8,7 @@
 
 #include "server/base/counted.h"
 #include "server/http/waiting_connections.h"
+#include "server/region/region_maker.h"
 #include "server/render/frame_maker.h"
 #include "server/state/server_state.h"
 
@@ -28,6 +29,7 @@ class OpenStream {
 struct Services {
   ServerState& state;
   FrameMaker& frames;
+  RegionMaker& regions;
   std::shared_ptr<boost::asio::ssl::context> tls = {};  // null: plain connections
   WaitingConnections waiting = {};
   std::set<OpenStream*> streams = {};

@@ -34,6 +34,7 @@ void fillEmpty(VoxelType type, const ChannelInfo& channel, std::span<std::byte> 
 
 BoxReader::BoxReader(const VolumeFile& file, int level)
     : file_(file), level_number_(level), voxel_bytes_(voxelBytes(file.info().type)), level_(file.readLevel(level, 0)) {
+  level_.subblocks = {};  // what they hold is not asked
   codes_.reserve(level_.blocks.size());
   for (const Block& block : level_.blocks) codes_.push_back(mortonCode(glm::uvec3(block.origin)));
 }

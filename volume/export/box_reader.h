@@ -12,7 +12,8 @@
 
 namespace blockwalk {
 
-// Memory: the records of the level and one block. `file` must outlive it. Throws what VolumeFile throws.
+// Memory: the blocks of the level, without the records of their subblocks, and one block's voxels. `file` must outlive
+// it. Throws what VolumeFile throws.
 class BoxReader {
  public:
   BoxReader(const VolumeFile& file, int level);

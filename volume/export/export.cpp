@@ -12,13 +12,25 @@
 namespace blockwalk {
 namespace {
 
-VoxelBox checkedBox(const ExportOptions& options, glm::ivec3 dims, const std::string& name) {
+// Begins with the volume's name and the option's.
+template <typename... Arguments>
+[[noreturn]] void failOption(const std::string& name, const char* option, fmt::format_string<Arguments...> format,
+                             Arguments&&... arguments) {
+  throw ExportError(
+      option, fmt::format("{}: {}: {}", name, option, fmt::format(format, std::forward<Arguments>(arguments)...)));
+}
+
+VoxelBox checkedBox(const ExportOptions& options, const VolumeInfo& info, const std::string& name) {
+  if (!info.has(options.level, Form::values)) {
+    failOption(name, "level", "{} is outside 0..{}", options.level, info.levels.size() - 1);
+  }
+  const glm::ivec3 dims = info.level(options.level, Form::values).dims;
   if (!options.box) return {glm::ivec3(0), dims};
   const VoxelBox& box = *options.box;
   for (int i = 0; i < 3; ++i) {
     if (box.begin[i] < 0 || box.end[i] > dims[i] || box.begin[i] >= box.end[i]) {
-      failData("{}: box: {}..{} along axis {} is empty or outside 0..{} of level {}", name, box.begin[i], box.end[i], i,
-               dims[i], options.level);
+      failOption(name, "box", "{}..{} along axis {} is empty or outside 0..{} of level {}", box.begin[i], box.end[i], i,
+                 dims[i], options.level);
     }
   }
   return box;
@@ -29,8 +41,8 @@ std::vector<int> checkedChannels(const ExportOptions& options, const VolumeInfo&
   const auto count = static_cast<int>(info.channels.size());
   for (int i = 0; channels.size() < info.channels.size() && options.channels.empty(); ++i) channels.push_back(i);
   for (const int channel : channels) {
-    if (channel < 0 || channel >= count) failData("{}: channels: {} is outside 0..{}", name, channel, count - 1);
-    if (std::ranges::count(channels, channel) > 1) failData("{}: channels: {} is named twice", name, channel);
+    if (channel < 0 || channel >= count) failOption(name, "channels", "{} is outside 0..{}", channel, count - 1);
+    if (std::ranges::count(channels, channel) > 1) failOption(name, "channels", "{} is named twice", channel);
   }
   return channels;
 }
@@ -130,28 +142,32 @@ std::string exportEndings() {
   return text;
 }
 
-ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& path, const ExportOptions& options) {
-  const VolumeInfo& info = file.info();
+std::uint64_t measureExport(const VolumeInfo& info, const ExportOptions& options, const std::string& name) {
+  return checkedBox(options, info, name).voxels() * checkedChannels(options, info, name).size() * voxelBytes(info.type);
+}
+
+ExportJob makeExportJob(const VolumeFile& file, const ExportOptions& options) {
   const std::string name = file.path().filename().string();
-  if (!info.has(options.level, Form::values)) {
-    failData("{}: level: {} is outside 0..{}", name, options.level, info.levels.size() - 1);
-  }
+  const VoxelBox box = checkedBox(options, file.info(), name);
+  ExportJob job{.file = file,
+                .level = options.level,
+                .box = box,
+                .channels = checkedChannels(options, file.info(), name),
+                .world_from_index = boxPlace(file.info(), options.level, box),
+                .progress = options.progress};
+  job.is_signed = rowOf(options.format).has_signed_types && isSigned(job);
+  return job;
+}
+
+ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& path, const ExportOptions& options) {
   std::error_code absent;
   if (std::filesystem::is_directory(path, absent)) failData("{}: is a folder; none is replaced", path.string());
   if (std::filesystem::exists(path, absent) && !std::filesystem::is_regular_file(path, absent)) {
     failData("{}: is no regular file, and not replaced", path.string());
   }
-  const VoxelBox box = checkedBox(options, info.level(options.level, Form::values).dims, name);
-  ExportJob job{.file = file,
-                .level = options.level,
-                .box = box,
-                .channels = checkedChannels(options, info, name),
-                .world_from_index = boxPlace(info, options.level, box),
-                .progress = options.progress};
-  const FormatRow& row = rowOf(options.format);
-  job.is_signed = row.has_signed_types && isSigned(job);
-  const Written written = row.write(job, path);
-  return {.dims = box.dims(),
+  const ExportJob job = makeExportJob(file, options);
+  const Written written = rowOf(options.format).write(job, path);
+  return {.dims = job.box.dims(),
           .channels = job.channels.size(),
           .type = writtenType(job),
           .bytes = written.bytes,

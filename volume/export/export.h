@@ -17,8 +17,10 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
+#include "volume/error.h"
 #include "volume/file/file.h"
 #include "volume/voxel_box.h"
 
@@ -42,6 +44,12 @@ struct ExportOptions {
   std::function<void(std::string_view step, std::uint64_t done, std::uint64_t total)> progress = nullptr;
 };
 
+// Options that the volume has not.
+struct ExportError : DataError {
+  ExportError(std::string option, const std::string& detail) : DataError(detail), field(std::move(option)) {}
+  std::string field;  // "level", "box", "channels", "format"
+};
+
 struct ExportReport {
   glm::ivec3 dims{0};
   std::size_t channels = 1;
@@ -50,6 +58,10 @@ struct ExportReport {
   std::string import_flags = {};        // with which `blockwalk import` makes the same voxels again
   std::vector<std::string> notes = {};  // what the format has no place for
 };
+
+// What of a volume the options mean: how many bytes its voxels are, dense. Throws ExportError, whose message begins
+// with `name`.
+std::uint64_t measureExport(const VolumeInfo& info, const ExportOptions& options, const std::string& name);
 
 // Writes `path` under a temporary name and renames it when complete; what fails leaves nothing. A file that is there is
 // replaced, a folder is not. Memory: the level's records, and some 64 MiB whatever the volume's size. Throws DataError

@@ -11,6 +11,7 @@
 #include <string_view>
 #include <vector>
 
+#include "volume/export/export.h"
 #include "volume/file/file.h"
 #include "volume/voxel_box.h"
 
@@ -39,6 +40,9 @@ struct ExportJob {
   // The axes of the box are those of the world, none of them turned round.
   bool isAligned() const;
 };
+
+// Throws ExportError for options that the volume has not.
+ExportJob makeExportJob(const VolumeFile& file, const ExportOptions& options);
 
 // As `blockwalk import --type` spells the type of what is written.
 std::string writtenType(const ExportJob& job);

@@ -6,6 +6,7 @@
 
 #include "tests/volume/allocations.h"
 #include "tests/volume/export/export_scratch.h"
+#include "volume/export/export_stream.h"
 #include "volume/export/row_reader.h"
 
 namespace blockwalk::volume_test {
@@ -220,6 +221,31 @@ TEST(RowReader, GivesTheSameRowsInAnyMemory) {
       }
       EXPECT_TRUE(got == expected) << memory << " " << channel;
     }
+  }
+}
+
+// What is sent piece by piece is what is written.
+TEST(ExportStream, HasTheBytesOfTheFile) {
+  const ScratchFolder folder;
+  for (const Shape& shape : kShapes) {
+    MemorySource source = randomSource(shape.type, shape.dims, 5, shape.threshold < 0, shape.channels);
+    source.change().world_from_index[3] = {1, 2, 3, 1};
+    buildShape(shape, source, folder / "v.bwv");
+    const VolumeFile file(folder / "v.bwv");
+    for (const ExportFormat format : {ExportFormat::nrrd, ExportFormat::npy, ExportFormat::raw}) {
+      const VoxelBox box{shape.dims / 3, shape.dims};
+      const ExportOptions options{.format = format, .box = box};
+      exportVolume(file, folder / "a", options);
+      ExportStream stream(file, options);
+      std::string bytes;
+      for (auto piece = stream.next(); !piece.empty(); piece = stream.next()) {
+        bytes.append(reinterpret_cast<const char*>(piece.data()), piece.size());
+      }
+      EXPECT_EQ(bytes.size(), stream.bytes());
+      EXPECT_TRUE(bytes == readBytes(folder / "a"));
+    }
+    EXPECT_THROW(ExportStream(file, {.format = ExportFormat::tiff}), ExportError);
+    EXPECT_THROW(ExportStream(file, {.level = 17}), ExportError);
   }
 }
 
