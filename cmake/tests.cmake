@@ -3,6 +3,7 @@
 # in PARTS ("name=gtest filter", and a last one, `rest`, of what is in none): the cases of one process share scenes and
 # kernels, which a process each would build and compile again and again. SHARES: sources of other rooms.
 find_package(GTest REQUIRED)
+pkg_check_modules(WEBPMUX REQUIRED IMPORTED_TARGET libwebpmux)
 include(GoogleTest)
 
 function(add_room_test room)
@@ -50,7 +51,7 @@ endfunction()
 
 add_room_test(house TIMEOUT 60 LIBRARIES flags fmt::fmt)
 add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB BZip2::BZip2 PNG::PNG TIFF::TIFF PkgConfig::XXHASH
-  PkgConfig::ZSTD PkgConfig::LZ4 PkgConfig::BLOSC PkgConfig::TURBOJPEG nlohmann_json::nlohmann_json)
+  PkgConfig::ZSTD PkgConfig::LZ4 PkgConfig::BLOSC PkgConfig::TURBOJPEG PkgConfig::WEBPMUX PkgConfig::OPENJPEG GIF::GIF nlohmann_json::nlohmann_json)
 add_room_test(view TIMEOUT 60 LIBRARIES view)
 add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP)
 # Scenes of one type of voxel draw with the same kernels.
@@ -95,6 +96,8 @@ foreach(source IN LISTS fuzz_targets)
     target_link_libraries(${name} PRIVATE protocol volume PkgConfig::XXHASH)
   endif()
 endforeach()
+
+target_link_libraries(fuzz_import_picture PRIVATE PkgConfig::TURBOJPEG PkgConfig::WEBPMUX PkgConfig::OPENJPEG GIF::GIF)
 
 # That the program measures; what it measures is for people.
 if(TARGET bench)

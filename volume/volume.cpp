@@ -120,6 +120,19 @@ double unitDistance(const VolumeInfo& info) {
   return std::min({glm::length(glm::dvec3(map[0])), glm::length(glm::dvec3(map[1])), glm::length(glm::dvec3(map[2]))});
 }
 
+double highDensity(VoxelType type, const ChannelInfo& channel) {
+  if (channel.nonempty_voxels == 0) return static_cast<double>(emptyValue(type, channel));
+  const double lo = static_cast<double>(channel.histogram_lo);
+  const double width = (static_cast<double>(channel.histogram_hi) - lo) / kHistogramBins;
+  std::uint64_t below = 0;
+  for (int bin = 0; bin < kHistogramBins; ++bin) {
+    below += channel.histogram[static_cast<std::size_t>(bin)];
+    if (static_cast<double>(below) < kHighShare * static_cast<double>(channel.nonempty_voxels)) continue;
+    return std::min(lo + (bin + 1) * width, static_cast<double>(channel.density_max));
+  }
+  return static_cast<double>(channel.density_max);
+}
+
 float emptyValue(VoxelType type, const ChannelInfo& channel) {
   if (type == VoxelType::rgba8) return 0;
   const float greatest = type == VoxelType::u16 ? 65535.0f : 255.0f;

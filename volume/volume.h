@@ -192,6 +192,11 @@ WorldBox worldBox(const VolumeInfo& info);
 std::array<glm::dvec3, 8> worldCorners(const VolumeInfo& info);
 double unitDistance(const VolumeInfo& info);
 
+// Stored units: what at least kHighShare of the non-empty voxels of level 0 are at most, to the width of a bin of the
+// histogram; the empty value where there are none. Unlike the largest density, a few hot voxels have no say in it.
+constexpr double kHighShare = 0.998;
+double highDensity(VoxelType type, const ChannelInfo& channel);
+
 // What an empty voxel of a channel counts as in averages and interpolation, stored units, a value of the stored type:
 // data value 0 where that is empty, else the threshold; 0 for rgba8.
 float emptyValue(VoxelType type, const ChannelInfo& channel);

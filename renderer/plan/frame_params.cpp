@@ -65,8 +65,7 @@ void setClipPlanes(const std::vector<ClipPlane>& planes, const glm::dmat4& level
 
 float lightStrength(const VolumeInfo& info, std::size_t number) {
   const ChannelInfo& channel = info.channels[number];
-  const double contrast =
-      static_cast<double>(channel.density_max) - static_cast<double>(emptyValue(info.type, channel));
+  const double contrast = highDensity(info.type, channel) - static_cast<double>(emptyValue(info.type, channel));
   return static_cast<float>(kFullLightShare * unitDistance(info) / std::ldexp(contrast, densityExponent(info, number)));
 }
 

@@ -61,7 +61,7 @@ const BadUse kBadUses[] = {
     {"import data.raw -o a.bwv --dims 4x4x4 --type u8 --density max", 1, "density"},
     {"import data.raw -o a.bwv --dims 4x4x4 --type u8 --skip -1", 2, "--skip"},
     {"import data.raw -o data.raw --dims 4x4x4 --type u8", 2, "data.raw"},
-    {"import . -o a.bwv", 1, "no PNG or TIFF"},
+    {"import . -o a.bwv", 1, "holds no slices"},
     {"export", 2, "FILE"},
     {"export data.raw", 2, "-o"},
     {"export data.raw -o a.nrrd", 1, "data.raw"},

@@ -12,6 +12,18 @@
 namespace blockwalk::reference {
 namespace {
 
+// By the rule in docs/integration.md, "Light".
+double highDensityOf(const ChannelInfo& channel) {
+  std::size_t bin = 0;
+  double seen = static_cast<double>(channel.histogram[0]);
+  while (seen < 0.998 * static_cast<double>(channel.nonempty_voxels)) {
+    seen += static_cast<double>(channel.histogram.at(++bin));
+  }
+  const double lo = channel.histogram_lo;
+  const double edge = lo + static_cast<double>(bin + 1) * (channel.histogram_hi - lo) / 256;
+  return std::min(edge, static_cast<double>(channel.density_max));
+}
+
 std::size_t linear(glm::ivec3 position, glm::ivec3 dims) {
   BLOCKWALK_CHECK(std::min({position.x, position.y, position.z}), >=, 0);
   BLOCKWALK_CHECK(position.x, <, dims.x);
@@ -144,7 +156,7 @@ DenseVolume volumeFromFile(const VolumeFile& file, int level, std::size_t number
   const double end0 = channel.dataFromStored(static_cast<double>(channel.density_min));
   const double end1 = channel.dataFromStored(static_cast<double>(channel.density_max));
   if (channel.nonempty_voxels > 0) volume.level0_extent = {.min = std::min(end0, end1), .max = std::max(end0, end1)};
-  if (channel.nonempty_voxels > 0) volume.contrast = static_cast<double>(channel.density_max) - emptyValue(volume);
+  if (channel.nonempty_voxels > 0) volume.contrast = highDensityOf(channel) - emptyValue(volume);
   volume.subblock_side = info.subblock_side;
   volume.bin_cuts = channel.bin_cuts;
   allocate(volume);

@@ -41,7 +41,8 @@ struct DenseVolume {
   float empty_threshold = 0;  // stored units
   // Densities of level 0's non-empty voxels, data units. A coarser level may leave them: it averages with empty voxels.
   std::optional<Extent> level0_extent{};
-  double contrast = 1;  // stored units: largest density of level 0 less the empty value; what light's strength goes by
+  double contrast =
+      1;  // stored units: what 99.8 % of level 0 are at most, less the empty value; what light's strength goes by
   std::vector<float> density{};                      // stored units, x fastest
   std::vector<std::array<std::uint8_t, 3>> color{};  // rgba8 only
   std::array<float, 7> bin_cuts{};                   // interior cuts of the range-mask bins, stored units

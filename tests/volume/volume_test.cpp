@@ -101,5 +101,24 @@ TEST(Volume, RangeMaskBinCountsCuts) {
   EXPECT_EQ(rangeMaskBin(cuts, 255), 7);
 }
 
+// One hot voxel of a thousand has no say, one of a hundred has.
+TEST(Volume, HighDensityPassesOverAFewHotVoxels) {
+  ChannelInfo channel;
+  channel.density_min = 10;
+  channel.density_max = 2570;
+  channel.histogram_lo = 10;
+  channel.histogram_hi = 2570;  // bins of 10
+  channel.nonempty_voxels = 1000;
+  channel.histogram[3] = 999;
+  channel.histogram[255] = 1;
+  EXPECT_EQ(highDensity(VoxelType::u16, channel), 50);
+  channel.histogram[3] = 990;
+  channel.histogram[255] = 10;
+  EXPECT_EQ(highDensity(VoxelType::u16, channel), 2570);
+  channel.histogram_hi = channel.density_max = 10;
+  EXPECT_EQ(highDensity(VoxelType::u16, channel), 10);
+  EXPECT_EQ(highDensity(VoxelType::u16, ChannelInfo{}), 0);
+}
+
 }  // namespace
 }  // namespace blockwalk

@@ -45,16 +45,18 @@ std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const I
   refuseOtherChoices(name, kind, options);
   for (const auto& slice : slices) {
     const FileKind found = fileKind(InputFile(slice));
-    if (found != FileKind::png && found != FileKind::tiff) {
-      failData("{}: is neither PNG nor TIFF; several files are the slices of one stack", slice.string());
+    if (!isSliceKind(found)) {
+      failData("{}: is neither {}; several files are the slices of one stack", slice.string(), kSliceFormats);
     }
     if (found != kind) failData("{}: is of another kind than {}", slice.string(), slices.front().string());
   }
-  return kind == FileKind::png ? openPng(slices, name, options) : openTiff(slices, name, options);
+  if (kind == FileKind::png) return openPng(slices, name, options);
+  return kind == FileKind::tiff ? openTiff(slices, name, options) : openPictures(slices, name, options);
 }
 
 constexpr std::string_view kKnownFormats =
-    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, Zarr, MRC, .vox, KVX, PVM, Amira, VGI, ESRF .vol, ISQ, AIM, PRISM, IDX";
+    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, JPEG, JPEG 2000, WebP, GIF, Zarr, MRC, .vox, KVX, PVM, Amira, VGI, ESRF "
+    ".vol, ISQ, AIM, PRISM, IDX";
 
 using Opener = std::unique_ptr<Source> (*)(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 
@@ -93,6 +95,11 @@ Opener openerOf(FileKind kind) {
     case FileKind::dicom:
     case FileKind::png:
     case FileKind::tiff:
+    case FileKind::jpeg:
+    case FileKind::jpeg2000:
+    case FileKind::webp:
+    case FileKind::gif:
+    case FileKind::video:
     case FileKind::zarr:
     case FileKind::zip:
       break;
@@ -111,7 +118,11 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
              file->name());
   }
   const FileKind kind = fileKind(*file);
-  if (kind == FileKind::png || kind == FileKind::tiff) return openStack({path}, file->name(), options);
+  if (isSliceKind(kind)) return openStack({path}, file->name(), options);
+  if (kind == FileKind::video) {
+    failData("{}: is a video, which is not read; turn it into slices: ffmpeg -i {} slice%05d.png", file->name(),
+             file->name());
+  }
   if (kind == FileKind::unknown) {
     if (const auto header = niftiHeaderOf(path)) return openFile(*header, options);
     failData("{}: is no file of a known format ({}); raw data needs --dims and --type", file->name(), kKnownFormats);
@@ -137,7 +148,7 @@ Paths dicomIn(const std::filesystem::path& folder) {
     if (!at->is_regular_file(unknown) || at->path().filename().string().starts_with('.')) continue;
     if (++looked > kMostFiles) failData("{}: holds more than {} files", folder.string(), kMostFiles);
     const FileKind kind = fileKind(InputFile(at->path()));
-    if (at.depth() == 0 && (kind == FileKind::png || kind == FileKind::tiff)) return {};
+    if (at.depth() == 0 && isSliceKind(kind)) return {};
     if (kind == FileKind::dicom) found.push_back(at->path());
   }
   std::sort(found.begin(), found.end());

@@ -47,5 +47,8 @@ std::unique_ptr<Source> openPng(const std::vector<std::filesystem::path>& slices
                                 const ImportOptions& options);
 std::unique_ptr<Source> openTiff(const std::vector<std::filesystem::path>& slices, const std::string& name,
                                  const ImportOptions& options);
+// JPEG, JPEG 2000, WebP or GIF.
+std::unique_ptr<Source> openPictures(const std::vector<std::filesystem::path>& slices, const std::string& name,
+                                     const ImportOptions& options);
 
 }  // namespace blockwalk

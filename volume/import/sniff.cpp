@@ -53,6 +53,15 @@ bool startsLikeVgi(std::string_view text) {
   return begin.starts_with("{volume") || begin.starts_with("[representation]");
 }
 
+// MP4 and QuickTime, Matroska and WebM, AVI, MPEG program streams, Ogg.
+bool startsLikeVideo(std::string_view start) {
+  if (start.size() < 12) return false;
+  if (start.substr(4, 4) == "ftyp" || start.substr(4, 4) == "moov") return true;
+  if (start.starts_with("RIFF")) return start.substr(8, 4) == "AVI ";
+  return start.starts_with("\x1a\x45\xdf\xa3") || start.starts_with(std::string_view("\0\0\1\xba", 4)) ||
+         start.starts_with("OggS");
+}
+
 }  // namespace
 
 bool startsLikeGzip(const InputFile& file, std::uint64_t offset) {
@@ -88,6 +97,12 @@ FileKind fileKind(const InputFile& file) {
                                        std::string_view("II\x2b\0", 4), std::string_view("MM\0\x2b", 4)}) {
     if (start.starts_with(magic)) return FileKind::tiff;
   }
+  if (start.starts_with("\xff\xd8\xff")) return FileKind::jpeg;
+  if (start.starts_with(std::string_view("\0\0\0\x0cjP  \r\n\x87\n", 12))) return FileKind::jpeg2000;
+  if (start.starts_with("\xff\x4f\xff\x51")) return FileKind::jpeg2000;
+  if (start.starts_with("GIF87a") || start.starts_with("GIF89a")) return FileKind::gif;
+  if (start.size() >= 12 && start.starts_with("RIFF") && start.substr(8, 4) == "WEBP") return FileKind::webp;
+  if (startsLikeVideo(start)) return FileKind::video;
   if (start.starts_with("VOX ")) return FileKind::vox;
   for (const std::string_view magic : {"PVM\n", "PVM2\n", "PVM3\n", "DDS v3d\n", "DDS v3e\n"}) {
     if (start.starts_with(magic)) return FileKind::pvm;

@@ -18,6 +18,11 @@ enum class FileKind {
   dicom,
   png,
   tiff,
+  jpeg,
+  jpeg2000,
+  webp,
+  gif,
+  video,  // known, and not read
   prism,
   idx,
   zarr,

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <map>
 #include <optional>
@@ -12,7 +13,7 @@
 #include "volume/error.h"
 #include "volume/import/header_text.h"
 #include "volume/import/input_file.h"
-#include "volume/import/sniff.h"
+#include "volume/import/slices/picture_file.h"
 
 namespace blockwalk {
 namespace {
@@ -42,7 +43,8 @@ std::string_view oddity(const std::filesystem::directory_entry& entry) {
 
 bool namedLikeSlice(const std::filesystem::path& path) {
   const std::string extension = lowerCase(path.extension().string());
-  return extension == ".png" || extension == ".tif" || extension == ".tiff";
+  constexpr std::array kExtensions{".png", ".tif", ".tiff", ".jpg", ".jpeg", ".jp2", ".j2k", ".webp", ".gif"};
+  return std::ranges::find(kExtensions, extension) != kExtensions.end();
 }
 
 constexpr std::size_t kMostGaps = 8;  // that are told
@@ -87,6 +89,8 @@ std::vector<std::int64_t> sliceNumbers(const std::vector<std::filesystem::path>&
 
 }  // namespace
 
+bool isSliceKind(FileKind kind) { return kind == FileKind::png || kind == FileKind::tiff || isPictureKind(kind); }
+
 bool comesBefore(std::string_view a, std::string_view b) {
   std::size_t i = 0;
   std::size_t j = 0;
@@ -121,16 +125,17 @@ std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& f
     }
     const InputFile file(entry.path());
     const FileKind found = fileKind(file);
-    if (found != FileKind::png && found != FileKind::tiff) {
-      if (namedLikeSlice(entry.path())) failData("{}: is named like a slice and is neither PNG nor TIFF", file.name());
+    if (!isSliceKind(found)) {
+      if (namedLikeSlice(entry.path()))
+        failData("{}: is named like a slice and is neither {}", file.name(), kSliceFormats);
       continue;
     }
     if (!slices.empty() && found != kind)
-      failData("{}: holds PNG and TIFF slices; a stack is of one kind", folder.string());
+      failData("{}: holds slices of several kinds; a stack is of one", folder.string());
     kind = found;
     slices.push_back(entry.path());
   }
-  if (slices.empty()) failData("{}: holds no PNG or TIFF slices", folder.string());
+  if (slices.empty()) failData("{}: holds no slices: neither {}", folder.string(), kSliceFormats);
   std::sort(slices.begin(), slices.end(),
             [](const auto& a, const auto& b) { return comesBefore(a.filename().string(), b.filename().string()); });
   return slices;

@@ -7,15 +7,21 @@
 #include <string_view>
 #include <vector>
 
+#include "volume/import/sniff.h"
+
 namespace blockwalk {
 
 // Runs of digits compare as numbers: slice2 comes before slice10. A strict order: names that differ only in leading
 // zeros compare by their characters.
 bool comesBefore(std::string_view a, std::string_view b);
 
-// The PNG or TIFF files of a folder, in natural order. What begins with a dot is passed over, and so is what is of
-// another kind; but what calls itself .png, .tif or .tiff and is not, or is no regular file and no link to one, throws
-// DataError, as do a folder without slices and one with slices of both kinds.
+// PNG, TIFF, JPEG, JPEG 2000, WebP and GIF.
+bool isSliceKind(FileKind kind);
+constexpr std::string_view kSliceFormats = "PNG, TIFF, JPEG, JPEG 2000, WebP nor GIF";  // behind "neither"
+
+// The slices of a folder, in natural order. What begins with a dot is passed over, and so is what is of another kind;
+// but what is named like a slice and is none, or is no regular file and no link to one, throws DataError, as do a
+// folder without slices and one with slices of several kinds.
 std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& folder);
 
 // Tells of numbers in the files' names that are missing between others, or there twice: what lies behind is not where

@@ -119,7 +119,7 @@ TEST(ImportPng, StacksSlicesInNaturalOrder) {
   EXPECT_THAT(refusal({scratch.path("stack/slice1.png"), scratch.path("stack/slice1.png")}), HasSubstr("twice"));
   EXPECT_THAT(refusal({scratch.path("stack/slice1.png"), scratch.path("stack/notes.txt")}), HasSubstr("notes.txt"));
   std::filesystem::create_directory(scratch.path("bare"));
-  EXPECT_THAT(refusal({scratch.path("bare")}), HasSubstr("no PNG or TIFF"));
+  EXPECT_THAT(refusal({scratch.path("bare")}), HasSubstr("holds no slices"));
 }
 
 TEST(ImportPng, CutsTilesInRowOrder) {
