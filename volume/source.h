@@ -56,7 +56,7 @@ struct SourceChannel {
 
 struct SourceInfo {
   std::string name;    // for people and messages: file name without folders
-  std::string format;  // "raw", "nrrd", "metaimage", "nifti", "dicom", "png", "tiff", "prism", "idx", "zarr", "mrc",
+  std::string format;  // "raw", "nrrd", "metaimage", "nifti", "dicom", "png", "tiff", "prism", "idx", "zarr", "hdf5", "mrc",
                        // "vox", "kvx", "pvm", "amira", "vgi", "esrf", "isq", "aim", "demo"
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
