@@ -51,6 +51,11 @@ endfunction()
 add_room_test(house TIMEOUT 60 LIBRARIES flags fmt::fmt)
 add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB BZip2::BZip2 PNG::PNG TIFF::TIFF PkgConfig::XXHASH
   PkgConfig::ZSTD PkgConfig::LZ4 PkgConfig::BLOSC PkgConfig::TURBOJPEG nlohmann_json::nlohmann_json)
+if(TARGET test_volume AND HDF5_FOUND)
+  target_include_directories(test_volume SYSTEM PRIVATE ${HDF5_INCLUDE_DIRS})
+  target_link_libraries(test_volume PRIVATE ${HDF5_LINK_LIBRARIES})
+  target_compile_definitions(test_volume PRIVATE BLOCKWALK_HDF5)
+endif()
 add_room_test(view TIMEOUT 60 LIBRARIES view)
 add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP)
 # Scenes of one type of voxel draw with the same kernels.

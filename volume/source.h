@@ -56,8 +56,8 @@ struct SourceChannel {
 
 struct SourceInfo {
   std::string name;    // for people and messages: file name without folders
-  std::string format;  // "raw", "nrrd", "metaimage", "nifti", "dicom", "png", "tiff", "prism", "idx", "zarr", "hdf5", "mrc",
-                       // "vox", "kvx", "pvm", "amira", "vgi", "esrf", "isq", "aim", "demo"
+  std::string format;  // "raw", "nrrd", "metaimage", "nifti", "dicom", "png", "tiff", "prism", "idx", "zarr", "hdf5",
+                       // "mrc", "vox", "kvx", "pvm", "amira", "vgi", "esrf", "isq", "aim", "demo"
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   glm::dmat4 world_from_index{1.0};

@@ -34,7 +34,8 @@ glm::ivec3 ChunkLattice::cellOf(std::uint64_t number) const {
   return cell;
 }
 
-std::vector<std::uint64_t> ChunkLattice::numbers(const ArrayPart& part, std::size_t channel_cell, glm::ivec3 cell) const {
+std::vector<std::uint64_t> ChunkLattice::numbers(const ArrayPart& part, std::size_t channel_cell,
+                                                 glm::ivec3 cell) const {
   std::vector<std::uint64_t> numbers(cell_.size());
   for (std::size_t axis = 0; axis < cell_.size(); ++axis) numbers[axis] = part.index[axis] / cell_[axis];
   for (int i = 0; i < 3; ++i) {

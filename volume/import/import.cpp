@@ -35,7 +35,8 @@ Choices choicesOf(FileKind kind) {
 
 void refuseOtherChoices(const std::string& name, FileKind kind, const ImportOptions& options) {
   const Choices has = choicesOf(kind);
-  if (options.level && !has.level) failData("{}: --level is for OME-Zarr, Imaris and BigDataViewer, which have levels", name);
+  if (options.level && !has.level)
+    failData("{}: --level is for OME-Zarr, Imaris and BigDataViewer, which have levels", name);
   if (options.time && !has.time) failData("{}: --time is for Zarr and HDF5, which may have steps in time", name);
   if (options.dataset && !has.dataset) failData("{}: --dataset is for files that hold several by name", name);
 }
@@ -55,7 +56,8 @@ std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const I
 }
 
 constexpr std::string_view kKnownFormats =
-    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, Zarr, HDF5, MRC, .vox, KVX, PVM, Amira, VGI, ESRF .vol, ISQ, AIM, PRISM, IDX";
+    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, Zarr, HDF5, MRC, .vox, KVX, PVM, Amira, VGI, ESRF .vol, ISQ, AIM, "
+    "PRISM, IDX";
 
 using Opener = std::unique_ptr<Source> (*)(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 

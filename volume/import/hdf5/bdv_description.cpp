@@ -67,9 +67,8 @@ BdvSetup setupOf(const pugi::xml_node& node, const pugi::xml_node& list) {
     setup.channel = plainText(value);
     for (const pugi::xml_node& attributes : list.children("Attributes")) {
       if (std::string_view(attributes.attribute("name").value()) != "channel") continue;
-      const pugi::xml_node channel = attributes.find_child([&](const pugi::xml_node& child) {
-        return trimmed(child.child("id").text().get()) == value;
-      });
+      const pugi::xml_node channel = attributes.find_child(
+          [&](const pugi::xml_node& child) { return trimmed(child.child("id").text().get()) == value; });
       const std::string name(trimmed(channel.child("name").text().get()));
       if (!name.empty()) setup.channel = plainText(name);
       setup.color = colorOf(channel.child("color").text().get());

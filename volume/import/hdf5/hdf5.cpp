@@ -57,7 +57,8 @@ std::unique_ptr<Source> makeSource(Hdf5File& file, Hdf5Image image, const Import
   for (std::size_t i = 0; i < std::min(channels, image.channels.size()); ++i) {
     describeAs(image.channels[i], has_names, info.channels[i]);
   }
-  if (chunks->isAllFill()) image.notes.push_back(fmt::format("none of '{}' is there: all of it is the fill value", path));
+  if (chunks->isAllFill())
+    image.notes.push_back(fmt::format("none of '{}' is there: all of it is the fill value", path));
   info.notes = std::move(image.notes);
   return makeChunkedSource(std::move(chunks), converter, std::move(info));
 }

@@ -125,7 +125,8 @@ class BdvReader {
     const std::uint64_t level = chosenLevel(options_, factors.size() / 3, file_.name());
     for (std::size_t i = 0; i < 3; ++i) {
       const double factor = factors[3 * level + i];
-      if (!(factor >= 1 && factor <= kMaxDim)) failData("{}: '{}': {} must be 1..{}", file_.name(), resolutions, factor, kMaxDim);
+      if (!(factor >= 1 && factor <= kMaxDim))
+        failData("{}: '{}': {} must be 1..{}", file_.name(), resolutions, factor, kMaxDim);
       view.factors[static_cast<int>(i)] = factor;
     }
     const std::string path = fmt::format("{}/{}/cells", groupOf(setup), level);

@@ -95,8 +95,8 @@ std::vector<Hdf5Chunks::Cells> Hdf5Chunks::cellsOf(Hdf5File& file, std::vector<H
       std::uint64_t left = (have - std::min(offset, have)) / widthOf(cells.dataset.array);
       for (const std::uint64_t size : cells.dataset.array.shape) {
         if (size > left) {
-          failData("{}: {} from byte {} on are declared, the file has {} bytes", name,
-                   cells.dataset.array.described(), offset, have);
+          failData("{}: {} from byte {} on are declared, the file has {} bytes", name, cells.dataset.array.described(),
+                   offset, have);
         }
         left /= size;
       }
@@ -194,8 +194,7 @@ KeptBytes::Bytes Hdf5Chunks::chunk(std::size_t channel, glm::ivec3 cell) {
     return kept_.get(
         key, [&] { return unpack(cells, place, cells.lattice.numbers(cells.dataset.part, channel_cell, cell)); });
   }
-  return kept_.get(key,
-                   [&] { return readRun(cells, cells.lattice.numbers(cells.dataset.part, channel_cell, cell)); });
+  return kept_.get(key, [&] { return readRun(cells, cells.lattice.numbers(cells.dataset.part, channel_cell, cell)); });
 }
 
 KeptBytes::Bytes Hdf5Chunks::readRun(const Cells& cells, const std::vector<std::uint64_t>& numbers) {
@@ -240,9 +239,9 @@ KeptBytes::Bytes Hdf5Chunks::unpack(const Cells& cells, const Hdf5Place& place,
   std::vector<std::byte> packed(place.bytes);
   file_->read(place.offset, packed);
   const bool went_as_it_was = !is_inside && !array.packs_edges;
-  return std::make_shared<const std::vector<std::byte>>(
-      unpackHdf5(std::move(packed), array.filters, went_as_it_was ? UINT64_MAX : place.left_out, bytes,
-                 sampleBytes(array.format->type), name));
+  return std::make_shared<const std::vector<std::byte>>(unpackHdf5(std::move(packed), array.filters,
+                                                                   went_as_it_was ? UINT64_MAX : place.left_out, bytes,
+                                                                   sampleBytes(array.format->type), name));
 }
 
 void Hdf5Chunks::findRuns(const VoxelBox& box, std::vector<VoxelRun>& runs) {

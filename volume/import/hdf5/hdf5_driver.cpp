@@ -6,6 +6,8 @@
 #include <H5FDdevelop.h>
 #endif
 
+#include <string>
+
 #include "volume/error.h"
 
 namespace blockwalk {
@@ -94,6 +96,20 @@ class Noting {
   Noting& operator=(const Noting&) = delete;
 };
 
+// Of what went wrong inside libhdf5 the innermost function comes first.
+herr_t takeInnermost(unsigned number, const H5E_error2_t* error, void* to) {
+  if (number == 0) *static_cast<std::string*>(to) = error->func_name;
+  return 0;
+}
+
+// That a chunk is not there is an error to libhdf5, which only that function itself finds; a broken index is found
+// below it.
+bool isOfAbsentChunk() {
+  std::string innermost;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, takeInnermost, &innermost);
+  return innermost == "H5D__get_chunk_storage_size";
+}
+
 }  // namespace
 
 Hdf5Handle openWithDriver(const InputFile& file) {
@@ -110,7 +126,10 @@ Hdf5Handle openWithDriver(const InputFile& file) {
 std::optional<Hdf5Place> placeOfChunk(hid_t dataset, const hsize_t* first) {
   Hdf5Place place;
   hsize_t bytes = 0;
-  if (H5Dget_chunk_storage_size(dataset, first, &bytes) < 0) return std::nullopt;
+  if (H5Dget_chunk_storage_size(dataset, first, &bytes) < 0) {
+    if (isOfAbsentChunk()) return place;
+    return std::nullopt;
+  }
   if (bytes == 0) return place;
   std::uint32_t left_out = 0;
   std::byte nothing{};  // where the chunk would be read to: the driver puts nothing there

@@ -87,7 +87,8 @@ std::uint32_t fletcher32(std::span<const std::byte> bytes, std::size_t first) {
   std::size_t words = 0;
   std::size_t i = 0;
   for (; i + 1 < bytes.size(); i += 2) {
-    sum1 += std::to_integer<std::uint64_t>(bytes[i + first]) << 8 | std::to_integer<std::uint64_t>(bytes[i + 1 - first]);
+    sum1 +=
+        std::to_integer<std::uint64_t>(bytes[i + first]) << 8 | std::to_integer<std::uint64_t>(bytes[i + 1 - first]);
     sum2 += sum1;
     if (++words % kWordsAtATime == 0) {
       fold(sum1);
@@ -204,8 +205,8 @@ Bytes unpackHdf5(Bytes packed, std::span<const Hdf5Filter> filters, std::uint64_
       if (filters[k].id == kFletcher32 && (left_out >> k & 1) == 0) wanted += kSumBytes;
     }
     const std::size_t had = packed.size();
-    auto undone = undoOne(std::move(packed), filters[i], wanted, keeps_length ? wanted : mostPackedBytes(bytes), width,
-                          chunk);
+    auto undone =
+        undoOne(std::move(packed), filters[i], wanted, keeps_length ? wanted : mostPackedBytes(bytes), width, chunk);
     if (!undone) {
       failData("{}: {}: {} bytes do not unpack to {}, or are not what they were", chunk, filterName(filters[i]), had,
                wanted);

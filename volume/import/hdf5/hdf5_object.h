@@ -28,10 +28,10 @@ struct Hdf5Array {
   std::string type = {};                    // for people
   bool is_enum = false;
   Hdf5Layout layout = Hdf5Layout::contiguous;
-  std::vector<std::uint64_t> chunk = {};  // of chunked ones
-  bool packs_edges = true;                // whether filters are put over chunks that reach out of the array
-  std::vector<Hdf5Filter> filters = {};   // in the order of packing
-  std::vector<std::byte> fill = {};       // one sample, in the file's byte order
+  std::vector<std::uint64_t> chunk = {};     // of chunked ones
+  bool packs_edges = true;                   // whether filters are put over chunks that reach out of the array
+  std::vector<Hdf5Filter> filters = {};      // in the order of packing
+  std::vector<std::byte> fill = {};          // one sample, in the file's byte order
   std::optional<std::uint64_t> offset = {};  // of contiguous ones, in the file; nothing where all is fill
 
   std::size_t rank() const { return shape.size(); }

@@ -54,9 +54,9 @@ std::string onlyVolume(Hdf5File& file) {
 
 // Of an axis that maps of the earth have.
 std::string usualName(const std::string& name) {
-  static constexpr std::pair<std::string_view, char> kOthers[] = {{"lon", 'x'},   {"longitude", 'x'}, {"lat", 'y'},
-                                                                  {"latitude", 'y'}, {"lev", 'z'},    {"level", 'z'},
-                                                                  {"depth", 'z'}, {"height", 'z'},    {"altitude", 'z'}};
+  static constexpr std::pair<std::string_view, char> kOthers[] = {
+      {"lon", 'x'},   {"longitude", 'x'}, {"lat", 'y'},    {"latitude", 'y'}, {"lev", 'z'},
+      {"level", 'z'}, {"depth", 'z'},     {"height", 'z'}, {"altitude", 'z'}};
   for (const auto& [other, usual] : kOthers) {
     if (name == other) return std::string(1, usual);
   }
@@ -141,7 +141,8 @@ ArrayPart partByNames(const Hdf5Array& array, const std::vector<std::string>& na
 void setSizes(const Hdf5Array& array, const std::string& name, ArrayPart& part, std::vector<std::string>& notes) {
   std::array<std::int64_t, 3> dims{1, 1, 1};
   for (std::size_t i = 0; i < 3; ++i) {
-    if (part.space[i]) dims[i] = static_cast<std::int64_t>(std::min<std::uint64_t>(array.shape[*part.space[i]], INT64_MAX));
+    if (part.space[i])
+      dims[i] = static_cast<std::int64_t>(std::min<std::uint64_t>(array.shape[*part.space[i]], INT64_MAX));
   }
   part.dims = checkedDims(dims[0], dims[1], dims[2], name, "shape");
   for (std::size_t axis = 0; axis < array.rank(); ++axis) {
@@ -171,10 +172,10 @@ void setPlace(Hdf5File& file, const Hdf5Object& dataset, const ArrayPart& part, 
     } else if (part.space[i] && said.is_object() && said.contains("axes") && said.at("axes").is_array() &&
                said.at("axes").size() == dataset.array->rank()) {
       const nlohmann::json& axis = said.at("axes").at(*part.space[i]);
-      const double step = axis.is_object() ? axis.value("resolution", nlohmann::json(0)).is_number()
-                                                 ? axis.value("resolution", 0.0)
-                                                 : 0.0
-                                           : 0.0;
+      const double step =
+          axis.is_object()
+              ? axis.value("resolution", nlohmann::json(0)).is_number() ? axis.value("resolution", 0.0) : 0.0
+              : 0.0;
       if (std::isfinite(step) && step > 0) scales[i] = AxisScale{.first = 0.5 * step, .step = step};
     }
   }
@@ -192,8 +193,8 @@ void setValues(const Hdf5Object& dataset, const ArrayPart& part, Hdf5Image& imag
   for (const char* name : {"_FillValue", "missing_value"}) {
     const auto missing = dataset.number(name);
     if (!missing || std::isnan(*missing)) continue;
-    image.notes.push_back(fmt::format("{} is where there is no value ({})",
-                                      said.value_offset + said.value_scale * *missing, name));
+    image.notes.push_back(
+        fmt::format("{} is where there is no value ({})", said.value_offset + said.value_scale * *missing, name));
     break;
   }
   image.channels.assign(part.channels, said);
@@ -233,7 +234,8 @@ Hdf5Image imageOfDataset(Hdf5File& file, const Hdf5Object& dataset, const Import
   if (options.level.value_or(0) != 0) failData("{}: level {} is asked for, it is one level", name, *options.level);
   Hdf5Image image;
   const std::vector<std::string> names = axisNames(dataset);
-  const bool has_time = std::ranges::any_of(names, [](const std::string& axis) { return axis == "t" || axis == "time"; });
+  const bool has_time =
+      std::ranges::any_of(names, [](const std::string& axis) { return axis == "t" || axis == "time"; });
   if (!has_time && options.time.value_or(0) != 0) {
     failData("{}: time {} is asked for, no axis is named so; --frame chooses of a fourth", name, *options.time);
   }

@@ -2,6 +2,8 @@
 #include "volume/import/hdf5/hdf5_reader.h"
 
 #ifdef BLOCKWALK_HDF5
+#include <sys/resource.h>
+
 #include <algorithm>
 #include <array>
 #include <cstring>
@@ -189,6 +191,17 @@ class Hdf5Reader {
   std::string dataset_path_;
 };
 
+// Broken files can send libhdf5 round and round: the process ends where one answer takes so long. Waiting for a disk is
+// no part of it.
+void limitSeconds() {
+  constexpr rlim_t kMostSeconds = 10;
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  const auto so_far = static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
+  const rlimit limit{so_far + 1 + kMostSeconds, RLIM_INFINITY};
+  setrlimit(RLIMIT_CPU, &limit);
+}
+
 }  // namespace
 
 bool canReadHdf5() { return true; }
@@ -196,6 +209,7 @@ bool canReadHdf5() { return true; }
 void serveHdf5(int socket, const InputFile& file) {
   Hdf5Reader reader(file);
   while (const auto question = receiveHdf5Message(socket, kMostQuestionBytes, -1)) {
+    limitSeconds();
     if (!sendHdf5Message(socket, reader.answer(*question))) return;
   }
 }

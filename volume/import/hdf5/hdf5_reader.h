@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// libhdf5 in a process of its own: what a broken file does to it, it does to that process. It is asked about objects and
-// where chunks lie; the voxels themselves it never touches.
+// libhdf5 in a process of its own: what a broken file does to it, it does to that process. It is asked about objects
+// and where chunks lie; the voxels themselves it never touches.
 #pragma once
 
 #include <cstdint>

@@ -65,8 +65,9 @@ void placeByScales(const std::array<std::optional<AxisScale>, 3>& scales, const 
     if (!scales[i]) continue;
     const double factor = scales[i]->unit.empty() ? 1 : factorBetween(lengthUnit(scales[i]->unit), unit);
     if (!(factor > 0)) {
-      image.notes.push_back(fmt::format("axes are in '{}' and '{}', which cannot be turned into each other: steps are 1",
-                                        reference->unit, scales[i]->unit));
+      image.notes.push_back(
+          fmt::format("axes are in '{}' and '{}', which cannot be turned into each other: steps are 1", reference->unit,
+                      scales[i]->unit));
       return;
     }
     steps[i] = factor * scales[i]->step;

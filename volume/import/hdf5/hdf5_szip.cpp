@@ -20,13 +20,13 @@ bool undoSzip(std::span<const std::byte> packed, const Hdf5Filter& filter, std::
                .pixels_per_block = static_cast<int>(filter.values[1]),
                .pixels_per_scanline = static_cast<int>(filter.values[3])};
   const bool has_bits = (how.bits_per_pixel >= 1 && how.bits_per_pixel <= 32) || how.bits_per_pixel == 64;
-  const bool has_blocks = how.pixels_per_block >= 2 && how.pixels_per_block <= SZ_MAX_PIXELS_PER_BLOCK &&
-                          how.pixels_per_block % 2 == 0;
+  const bool has_blocks =
+      how.pixels_per_block >= 2 && how.pixels_per_block <= SZ_MAX_PIXELS_PER_BLOCK && how.pixels_per_block % 2 == 0;
   const bool has_lines = how.pixels_per_scanline >= 1 && how.pixels_per_scanline <= SZ_MAX_PIXELS_PER_SCANLINE;
   if (!has_bits || !has_blocks || !has_lines || length != out.size()) return false;
   std::size_t got = out.size();
-  const int result = SZ_BufftoBuffDecompress(out.data(), &got, packed.data() + kLengthBytes,
-                                             packed.size() - kLengthBytes, &how);
+  const int result =
+      SZ_BufftoBuffDecompress(out.data(), &got, packed.data() + kLengthBytes, packed.size() - kLengthBytes, &how);
   return result == SZ_OK && got == out.size();
 }
 

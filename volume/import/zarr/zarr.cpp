@@ -43,7 +43,7 @@ std::vector<OmeAxis> plainAxes(const ZarrArray& array, std::vector<std::string>&
 
 // Dims, channels and the place on the axes that a volume has not.
 ArrayPart choosePart(const ZarrArray& array, const std::vector<OmeAxis>& axes, const ImportOptions& options,
-                    std::vector<std::string>& notes) {
+                     std::vector<std::string>& notes) {
   const OmeRoles roles = rolesOf(axes, array.file);
   ArrayPart part = roles.part;
   std::array<std::int64_t, 3> dims{1, 1, 1};
@@ -94,8 +94,7 @@ std::unique_ptr<Source> openStore(std::shared_ptr<const ZarrStore> store, const 
   const std::vector<std::string> told = describeOmeChannels(image, info.channels);
   image.notes.insert(image.notes.end(), told.begin(), told.end());
   nameChannels(info, options);
-  auto chunks =
-      std::make_shared<ZarrChunks>(std::move(store), std::move(array), std::move(part), options.memory_bytes);
+  auto chunks = std::make_shared<ZarrChunks>(std::move(store), std::move(array), std::move(part), options.memory_bytes);
   if (chunks->isAllFill()) {
     image.notes.push_back(fmt::format("none of the chunks of '{}' is there: all of it is the fill value{}",
                                       image.key.empty() ? info.name : image.key,

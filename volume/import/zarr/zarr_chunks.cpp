@@ -157,7 +157,8 @@ void ZarrChunks::findRuns(const VoxelBox& box, std::vector<VoxelRun>& runs) {
   const VoxelBox objects = objects_.cellsOf(box);
   for (std::size_t channel = 0; channel < chunks_.channelCells(); ++channel) {
     if (!anyCell(*present_, objects_, channel / object_channel_cells_, objects)) continue;
-    addRuns(chunks_, box, [&](glm::ivec3 cell) { return isPresent(channel, cell); }, runs);
+    addRuns(
+        chunks_, box, [&](glm::ivec3 cell) { return isPresent(channel, cell); }, runs);
   }
   mergeRuns(runs);
 }
