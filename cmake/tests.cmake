@@ -101,6 +101,12 @@ foreach(source IN LISTS fuzz_targets)
   endif()
 endforeach()
 
+if(HDF5_FOUND)
+  target_include_directories(fuzz_import_hdf5 SYSTEM PRIVATE ${HDF5_INCLUDE_DIRS})
+  target_link_libraries(fuzz_import_hdf5 PRIVATE ${HDF5_LINK_LIBRARIES})
+  target_compile_definitions(fuzz_import_hdf5 PRIVATE BLOCKWALK_HDF5)
+endif()
+
 # That the program measures; what it measures is for people.
 if(TARGET bench)
   add_test(NAME bench.masks COMMAND bench masks --demo-side 16)

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // HDF5: the bytes are the XML file of BigDataViewer where they begin like one, else a file of HDF5 by itself; and a
 // chunk that went through each of the filters. Opened, and read to the end or to a bound.
+#ifdef BLOCKWALK_HDF5
+#include <hdf5.h>
+#endif
+
 #include <cstdint>
-#include <cstring>
+#include <fstream>
+#include <iterator>
 #include <string>
 #include <vector>
 
@@ -28,50 +33,44 @@ const char* const kXml =
     "<ViewTransform><affine>1 0 0 4 0 1 0 5 0 0 1 6</affine></ViewTransform></ViewRegistration></ViewRegistrations>"
     "</SpimData>";
 
-void put(std::string& bytes, std::uint64_t value, std::size_t width) {
-  for (std::size_t i = 0; i < width; ++i) bytes += static_cast<char>(value >> 8 * i);
+#ifdef BLOCKWALK_HDF5
+// One packed dataset in a group, with an attribute, in structures of the oldest format or of the newest.
+std::string hdf5File(bool latest) {
+  const blockwalk::ScratchFiles folder;
+  const std::string path = folder.write("seed.h5", "");
+  const hid_t access = H5Pcreate(H5P_FILE_ACCESS);
+  if (latest) H5Pset_libver_bounds(access, H5F_LIBVER_LATEST, H5F_LIBVER_LATEST);
+  const hid_t file = H5Fcreate(path.c_str(), H5F_ACC_TRUNC, H5P_DEFAULT, access);
+  const hid_t group = H5Gcreate2(file, "g", H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT);
+  const hsize_t shape[] = {2, 4, 6};
+  const hsize_t chunk[] = {1, 2, 3};
+  const hid_t space = H5Screate_simple(3, shape, nullptr);
+  const hid_t properties = H5Pcreate(H5P_DATASET_CREATE);
+  H5Pset_chunk(properties, 3, chunk);
+  H5Pset_shuffle(properties);
+  H5Pset_deflate(properties, 1);
+  const hid_t dataset = H5Dcreate2(group, "v", H5T_STD_U16LE, space, H5P_DEFAULT, properties, H5P_DEFAULT);
+  const std::vector<int> values(48, 7);
+  H5Dwrite(dataset, H5T_NATIVE_INT, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data());
+  const hsize_t three = 3;
+  const hid_t line = H5Screate_simple(1, &three, nullptr);
+  const hid_t sizes = H5Acreate2(dataset, "element_size_um", H5T_IEEE_F32LE, line, H5P_DEFAULT, H5P_DEFAULT);
+  const double steps[] = {1, 2, 3};
+  H5Awrite(sizes, H5T_NATIVE_DOUBLE, steps);
+  H5Aclose(sizes);
+  H5Sclose(line);
+  H5Dclose(dataset);
+  H5Pclose(properties);
+  H5Sclose(space);
+  H5Gclose(group);
+  H5Fclose(file);
+  H5Pclose(access);
+  std::ifstream stream(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(stream), {}};
 }
-
-std::string message(unsigned type, const std::string& body) {
-  std::string bytes;
-  put(bytes, type, 2);
-  put(bytes, body.size(), 2);
-  return bytes + std::string(4, '\0') + body;
-}
-
-// The oldest format, without groups: the root is a dataset of 2 x 2 x 2 bytes, in its own header.
-std::string datasetAsRoot() {
-  std::string space;
-  put(space, 0x0301, 2);  // version, rank
-  put(space, 0, 6);
-  for (int i = 0; i < 3; ++i) put(space, 2, 8);
-  std::string type;
-  put(type, 0x10, 4);  // a whole number
-  put(type, 1, 4);
-  put(type, 8 << 16, 8);
-  type.resize(16);
-  std::string layout;
-  put(layout, 0x0003, 2);  // version 3, compact
-  put(layout, 8, 2);
-  layout += "abcdefgh";
-  layout.resize(16);
-  const std::string messages = message(1, space) + message(3, type) + message(8, layout);
-  std::string bytes("\x89HDF\r\n\x1a\n\0\0\0\0\0\x08\x08\0\x04\0\x10\0\0\0\0\0", 24);
-  put(bytes, 0, 8);
-  put(bytes, UINT64_MAX, 8);
-  const std::size_t header = 96;
-  put(bytes, header + 16 + messages.size(), 8);
-  put(bytes, UINT64_MAX, 8);
-  put(bytes, 0, 8);
-  put(bytes, header, 8);
-  put(bytes, 0, 24);
-  std::string prefix;
-  put(prefix, 1, 2);  // version
-  put(prefix, 3, 2);  // messages
-  put(prefix, 1, 4);
-  put(prefix, messages.size(), 8);
-  return bytes + prefix + messages;
-}
+#else
+std::string hdf5File(bool /*latest*/) { return "\x89HDF\r\n\x1a\n"; }
+#endif
 
 void undo(std::uint32_t id, const std::vector<std::uint32_t>& values, std::string_view packed) {
   const auto bytes = std::as_bytes(std::span(packed));
@@ -112,7 +111,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 std::vector<std::string> fuzzSeeds() {
   return {
       kXml,
-      datasetAsRoot(),
+      hdf5File(false),
+      hdf5File(true),
       std::string("\x1f", 1) + std::string(32, 'l') + std::string("\x1f", 1) + std::string(32, 'm'),  // lzf: as it is
       std::string("\x02"
                   "abc\xe0\x34\x02",

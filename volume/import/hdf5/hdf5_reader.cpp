@@ -104,7 +104,10 @@ class Hdf5Reader {
     if (dataset_.isOpen() && path == dataset_path_) return dataset_;
     dataset_ = Hdf5Handle(H5Oopen(file_.get(), path.empty() ? "/" : path.c_str(), H5P_DEFAULT), H5Oclose);
     dataset_path_ = path;
-    if (!dataset_.isOpen()) failData("'{}' cannot be opened: it is broken, or links to what is not in this file", path);
+    if (!dataset_.isOpen()) {
+      failData("{} cannot be opened: it is broken, or links to what is not in this file",
+               path.empty() ? "its root" : fmt::format("'{}'", path));
+    }
     return dataset_;
   }
 
