@@ -132,7 +132,7 @@ bool undoBitshuffle(std::span<const std::byte> packed, const Hdf5Filter& filter,
   const auto value = [&](std::size_t i) { return i < filter.values.size() ? filter.values[i] : 0; };
   if (value(2) > 0) width = value(2);
   const std::uint32_t codec = value(4);
-  if (out.size() % width != 0 || width > out.size() || codec == 1 || codec > kZstd) return false;
+  if (width == 0 || out.size() % width != 0 || width > out.size() || codec == 1 || codec > kZstd) return false;
   BlockReader reader(packed);
   std::uint64_t block = value(3);
   if (codec != 0) {

@@ -37,11 +37,15 @@ std::string listedDatasets(const std::vector<Hdf5Object>& datasets) {
 // Of the datasets of a file the one that is a volume.
 std::string onlyVolume(Hdf5File& file) {
   const std::vector<Hdf5Object> all = file.datasets();
-  for (const auto& [fewest, most] : {std::pair{3, 5}, std::pair{2, 2}}) {
+  struct Bounds {
+    std::size_t fewest;
+    std::size_t most;
+  };
+  for (const Bounds& bounds : {Bounds{3, 5}, Bounds{2, 2}}) {
     std::vector<Hdf5Object> found;
     std::ranges::copy_if(all, std::back_inserter(found), [&](const Hdf5Object& dataset) {
-      const auto axes = static_cast<int>(longAxes(*dataset.array));
-      return dataset.array->format && axes >= fewest && axes <= most;
+      const std::size_t axes = longAxes(*dataset.array);
+      return dataset.array->format && axes >= bounds.fewest && axes <= bounds.most;
     });
     if (found.size() == 1) return found.front().path;
     if (found.size() > 1) {

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::uint64_t kMostQuestionBytes = std::uint64_t{1} << 20;
 constexpr std::size_t kMostMembers = 200000;
-constexpr std::size_t kMostVisited = 200000;
+constexpr std::size_t kMostVisited = 50000;
 constexpr std::size_t kMostDatasets = 256;
 constexpr std::uint64_t kMostNumbers = std::uint64_t{1} << 20;
 
@@ -197,7 +197,7 @@ class Hdf5Reader {
 // Broken files can send libhdf5 round and round: the process ends where one answer takes so long. Waiting for a disk is
 // no part of it.
 void limitSeconds() {
-  constexpr rlim_t kMostSeconds = 10;
+  constexpr rlim_t kMostSeconds = 5;
   rusage used{};
   getrusage(RUSAGE_SELF, &used);
   const auto so_far = static_cast<rlim_t>(used.ru_utime.tv_sec + used.ru_stime.tv_sec);
