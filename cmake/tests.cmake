@@ -52,6 +52,11 @@ endfunction()
 add_room_test(house TIMEOUT 60 LIBRARIES flags fmt::fmt)
 add_room_test(volume TIMEOUT 300 LIBRARIES volume ZLIB::ZLIB BZip2::BZip2 PNG::PNG TIFF::TIFF PkgConfig::XXHASH
   PkgConfig::ZSTD PkgConfig::LZ4 PkgConfig::BLOSC PkgConfig::TURBOJPEG PkgConfig::WEBPMUX PkgConfig::OPENJPEG GIF::GIF nlohmann_json::nlohmann_json)
+if(TARGET test_volume AND HDF5_FOUND)
+  target_include_directories(test_volume SYSTEM PRIVATE ${HDF5_INCLUDE_DIRS})
+  target_link_libraries(test_volume PRIVATE ${HDF5_LINK_LIBRARIES})
+  target_compile_definitions(test_volume PRIVATE BLOCKWALK_HDF5)
+endif()
 add_room_test(view TIMEOUT 60 LIBRARIES view)
 add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP)
 # Scenes of one type of voxel draw with the same kernels.
@@ -97,6 +102,11 @@ foreach(source IN LISTS fuzz_targets)
   endif()
 endforeach()
 
+if(HDF5_FOUND)
+  target_include_directories(fuzz_import_hdf5 SYSTEM PRIVATE ${HDF5_INCLUDE_DIRS})
+  target_link_libraries(fuzz_import_hdf5 PRIVATE ${HDF5_LINK_LIBRARIES})
+  target_compile_definitions(fuzz_import_hdf5 PRIVATE BLOCKWALK_HDF5)
+endif()
 target_link_libraries(fuzz_import_picture PRIVATE PkgConfig::TURBOJPEG PkgConfig::WEBPMUX PkgConfig::OPENJPEG GIF::GIF)
 
 # That the program measures; what it measures is for people.

@@ -121,11 +121,12 @@ void addImportCommand(CLI::App& app) {
   auto import = std::make_shared<ImportCommand>();
   CLI::App* command = app.add_subcommand("import", "Make a volume from image files");
   command
-      ->add_option("SOURCE", import->sources,
-                   "NRRD, MetaImage, NIfTI, DICOM, OpenVisus IDX, raw or TIFF file, OME-Zarr folder or zip, MRC, .vox, "
-                   "KVX, PVM, "
-                   "Amira, VGI, ISQ or AIM file, PNG or TIFF slices, or a folder of slices, of a DICOM series or of "
-                   "PRISM's bricks")
+      ->add_option(
+          "SOURCE", import->sources,
+          "NRRD, MetaImage, NIfTI, DICOM, OpenVisus IDX, raw or TIFF file, OME-Zarr folder or zip, HDF5 (Imaris, "
+          "BigDataViewer, NeXus and others), MRC, .vox, KVX, PVM, "
+          "Amira, VGI, ISQ or AIM file, PNG or TIFF slices, or a folder of slices, of a DICOM series or of "
+          "PRISM's bricks")
       ->required();
   command->add_option("--dims", import->dims, "raw: size in voxels; PNG: size of the slices tiled on one image")
       ->type_name("XxYxZ");
@@ -150,9 +151,9 @@ void addImportCommand(CLI::App& app) {
       ->add_option("--values", import->values,
                    "what the values are: intensity, or labels, which have no mean (auto: guessed, and told)")
       ->check(CLI::IsMember({"auto", "intensity", "labels"}));
-  command->add_option("--level", import->level, "OME-Zarr: level to import (0, the finest)")
+  command->add_option("--level", import->level, "OME-Zarr, Imaris, BigDataViewer: level to import (0, the finest)")
       ->check(CLI::NonNegativeNumber);
-  command->add_option("--time", import->time, "Zarr: step in time to import (0)")->check(CLI::NonNegativeNumber);
+  command->add_option("--time", import->time, "Zarr, HDF5: step in time to import (0)")->check(CLI::NonNegativeNumber);
   command->add_option("--dataset", import->dataset, "which of several in one file, by its path or name");
   command->add_option("--frame", import->frame, "which of several volumes in one file, counted from 0")
       ->check(CLI::NonNegativeNumber);

@@ -164,18 +164,6 @@ class SampleArray final : public Source {
   ByteRange known_;  // the first data from known_from_ on
 };
 
-// Values of `said` are maps from samples, those of `channel` so far the way from stored values to samples.
-void describeAs(const SourceChannel& said, bool has_name, SourceChannel& channel) {
-  if (has_name) channel.name = said.name;
-  if (!said.unit.empty()) channel.unit = said.unit;
-  channel.color = said.color;
-  channel.window = said.window;
-  channel.is_labels = said.is_labels;
-  channel.labels = said.labels;
-  channel.value_offset = said.value_offset + said.value_scale * channel.value_offset;
-  channel.value_scale *= said.value_scale;
-}
-
 }  // namespace
 
 std::unique_ptr<Source> makeSampleArray(SampleArrayInfo array, const ImportOptions& options, const ByteOpener& open) {

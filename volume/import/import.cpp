@@ -29,13 +29,15 @@ struct Choices {
 
 Choices choicesOf(FileKind kind) {
   if (kind == FileKind::zarr || kind == FileKind::zip) return {.level = true, .time = true};
+  if (kind == FileKind::hdf5 || kind == FileKind::spimdata) return {.level = true, .time = true, .dataset = true};
   return {};
 }
 
 void refuseOtherChoices(const std::string& name, FileKind kind, const ImportOptions& options) {
   const Choices has = choicesOf(kind);
-  if (options.level && !has.level) failData("{}: --level is for OME-Zarr, which has levels", name);
-  if (options.time && !has.time) failData("{}: --time is for Zarr, which may have an axis of time", name);
+  if (options.level && !has.level)
+    failData("{}: --level is for OME-Zarr, Imaris and BigDataViewer, which have levels", name);
+  if (options.time && !has.time) failData("{}: --time is for Zarr and HDF5, which may have steps in time", name);
   if (options.dataset && !has.dataset) failData("{}: --dataset is for files that hold several by name", name);
 }
 
@@ -55,7 +57,8 @@ std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const I
 }
 
 constexpr std::string_view kKnownFormats =
-    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, JPEG, JPEG 2000, WebP, GIF, Zarr, MRC, .vox, KVX, PVM, Amira, VGI, ESRF "
+    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, JPEG, JPEG 2000, WebP, GIF, Zarr, HDF5, MRC, .vox, KVX, PVM, Amira, "
+    "VGI, ESRF "
     ".vol, ISQ, AIM, PRISM, IDX";
 
 using Opener = std::unique_ptr<Source> (*)(std::shared_ptr<const InputFile> file, const ImportOptions& options);
@@ -91,6 +94,10 @@ Opener openerOf(FileKind kind) {
       return openAim;
     case FileKind::pvm:
       return openPvm;
+    case FileKind::hdf5:
+      return openHdf5;
+    case FileKind::spimdata:
+      return openSpimData;
     case FileKind::unknown:
     case FileKind::dicom:
     case FileKind::png:

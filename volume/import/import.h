@@ -32,8 +32,8 @@ struct ImportOptions {
   std::optional<std::int64_t> frame;       // of a file with several volumes, counted from 0
   std::optional<std::string> series;       // DICOM: which of several, by its number in the list of them or its UID
   std::vector<std::string> channel_names;  // none, or one a channel
-  std::optional<int> level;                // OME-Zarr: 0 is the finest
-  std::optional<int> time;                 // Zarr: step of the axis of time; the first where there is none
+  std::optional<int> level;                // OME-Zarr, HDF5: 0 is the finest
+  std::optional<int> time;                 // Zarr, HDF5: step in time; the first where there is none
   std::optional<std::string> dataset;      // of a file with several: by its path or name
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
 };

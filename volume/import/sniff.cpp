@@ -3,6 +3,7 @@
 
 #include <array>
 #include <memory>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -62,6 +63,22 @@ bool startsLikeVideo(std::string_view start) {
          start.starts_with("OggS");
 }
 
+// The XML of BigDataViewer, whose images lie in a file of HDF5.
+bool startsLikeSpimData(std::string_view text) {
+  return trimmed(text).starts_with('<') && text.find("<SpimData") != std::string_view::npos;
+}
+
+// The signature stands at the beginning, or behind what another program put there: at 512, 1024, 2048 and so on.
+bool startsLikeHdf5(const InputFile& file) {
+  constexpr std::string_view kSignature = "\x89HDF\r\n\x1a\n";
+  std::string found(kSignature.size(), '\0');
+  for (std::uint64_t at = 0; at + kSignature.size() <= file.bytes(); at = at == 0 ? 512 : 2 * at) {
+    file.readSome(at, std::as_writable_bytes(std::span(found)));
+    if (found == kSignature) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
 bool startsLikeGzip(const InputFile& file, std::uint64_t offset) {
@@ -103,6 +120,7 @@ FileKind fileKind(const InputFile& file) {
   if (start.starts_with("GIF87a") || start.starts_with("GIF89a")) return FileKind::gif;
   if (start.size() >= 12 && start.starts_with("RIFF") && start.substr(8, 4) == "WEBP") return FileKind::webp;
   if (startsLikeVideo(start)) return FileKind::video;
+  if (start.starts_with("\x89HDF\r\n\x1a\n")) return FileKind::hdf5;
   if (start.starts_with("VOX ")) return FileKind::vox;
   for (const std::string_view magic : {"PVM\n", "PVM2\n", "PVM3\n", "DDS v3d\n", "DDS v3e\n"}) {
     if (start.starts_with(magic)) return FileKind::pvm;
@@ -116,7 +134,9 @@ FileKind fileKind(const InputFile& file) {
   if (startsLikePrism(start)) return FileKind::prism;
   if (start.starts_with("PK\x03\x04") || start.starts_with("PK\x05\x06")) return FileKind::zip;
   if (trimmed(start).starts_with("(version)")) return FileKind::idx;
+  if (startsLikeSpimData(start)) return FileKind::spimdata;
   if (startsLikeNifti(firstBytes(file, kNiftiHeaderBytes))) return FileKind::nifti;
+  if (startsLikeHdf5(file)) return FileKind::hdf5;
   // These have no word of their own, or may lack it: those whose sizes must fit come first.
   if (startsLikeMrc(bytes, file.bytes())) return FileKind::mrc;
   if (startsLikeKvx(bytes, file.bytes())) return FileKind::kvx;

@@ -35,7 +35,9 @@ enum class FileKind {
   isq,
   aim,
   pvm,
-  kvx
+  kvx,
+  hdf5,
+  spimdata
 };
 
 FileKind fileKind(const InputFile& file);

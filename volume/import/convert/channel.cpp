@@ -103,4 +103,15 @@ void nameChannels(SourceInfo& info, const ImportOptions& options) {
   for (std::size_t i = 0; i < names.size(); ++i) info.channels[i].name = names[i];
 }
 
+void describeAs(const SourceChannel& said, bool has_name, SourceChannel& channel) {
+  if (has_name) channel.name = said.name;
+  if (!said.unit.empty()) channel.unit = said.unit;
+  channel.color = said.color;
+  channel.window = said.window;
+  channel.is_labels = said.is_labels;
+  channel.labels = said.labels;
+  channel.value_offset = said.value_offset + said.value_scale * channel.value_offset;
+  channel.value_scale *= said.value_scale;
+}
+
 }  // namespace blockwalk

@@ -49,4 +49,8 @@ class ChannelConverter {
 // Names the channels of `info` as the options say; leaves them where the options say nothing.
 void nameChannels(SourceInfo& info, const ImportOptions& options);
 
+// Takes what a file says of a channel. Values of `said` are maps from samples, those of `channel` so far the way from
+// stored values to samples.
+void describeAs(const SourceChannel& said, bool has_name, SourceChannel& channel);
+
 }  // namespace blockwalk

@@ -112,7 +112,7 @@ OmeRoles rolesOf(const std::vector<OmeAxis>& axes, const std::string& file) {
   return roles;
 }
 
-OmePlace placeOf(const OmeMap& map, const std::vector<OmeAxis>& axes, const ZarrPart& part, const std::string& file) {
+OmePlace placeOf(const OmeMap& map, const std::vector<OmeAxis>& axes, const ArrayPart& part, const std::string& file) {
   OmePlace place;
   const LengthUnit unit = lengthUnit(axes[*part.space[0]].unit);
   place.length_unit = unit.name;

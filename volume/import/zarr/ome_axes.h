@@ -36,7 +36,7 @@ OmeMap readOmeMap(const ZarrField& transform, std::size_t rank);
 
 // Which axis is what. Where nothing is said, the last three are z, y, x.
 struct OmeRoles {
-  ZarrPart part;  // without dims and channels
+  ArrayPart part;  // without dims and channels
   std::optional<std::size_t> time;
 };
 OmeRoles rolesOf(const std::vector<OmeAxis>& axes, const std::string& file);
@@ -47,6 +47,6 @@ struct OmePlace {
   std::string length_unit;
   std::string space;
 };
-OmePlace placeOf(const OmeMap& map, const std::vector<OmeAxis>& axes, const ZarrPart& part, const std::string& file);
+OmePlace placeOf(const OmeMap& map, const std::vector<OmeAxis>& axes, const ArrayPart& part, const std::string& file);
 
 }  // namespace blockwalk

@@ -1,16 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // OME-Zarr and plain Zarr arrays, of version 2 and 3.
 #include <algorithm>
-#include <atomic>
-#include <cmath>
-#include <cstring>
 #include <memory>
-#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "volume/error.h"
+#include "volume/import/chunked_source.h"
 #include "volume/import/convert/channel.h"
 #include "volume/import/convert/color_source.h"
 #include "volume/import/geometry.h"
@@ -22,131 +19,6 @@
 
 namespace blockwalk {
 namespace {
-
-// Voxels of a box that lie in one chunk.
-struct ChunkPiece {
-  glm::ivec3 cell;
-  VoxelBox box;
-};
-
-std::vector<ChunkPiece> piecesOf(const ZarrLattice& lattice, const VoxelBox& box) {
-  const VoxelBox cells = lattice.cellsOf(box);
-  std::vector<ChunkPiece> pieces;
-  for (glm::ivec3 cell = cells.begin; cell.z < cells.end.z; ++cell.z) {
-    for (cell.y = cells.begin.y; cell.y < cells.end.y; ++cell.y) {
-      for (cell.x = cells.begin.x; cell.x < cells.end.x; ++cell.x) {
-        const glm::ivec3 first = cell * lattice.cellDims();
-        pieces.push_back({cell,
-                          {.begin = glm::max(first, box.begin),
-                           .end = glm::min(box.end - lattice.cellDims(), first) + lattice.cellDims()}});
-      }
-    }
-  }
-  return pieces;
-}
-
-template <std::size_t kWidth>
-void copySamples(const std::byte* from, std::size_t step, int count, std::byte* to) {
-  if (step == 1) {
-    std::memcpy(to, from, static_cast<std::size_t>(count) * kWidth);
-    return;
-  }
-  for (int i = 0; i < count; ++i, from += step * kWidth, to += kWidth) std::memcpy(to, from, kWidth);
-}
-
-void copySamples(std::size_t width, const std::byte* from, std::size_t step, int count, std::byte* to) {
-  switch (width) {
-    case 1:
-      return copySamples<1>(from, step, count, to);
-    case 2:
-      return copySamples<2>(from, step, count, to);
-    case 4:
-      return copySamples<4>(from, step, count, to);
-    default:
-      return copySamples<8>(from, step, count, to);
-  }
-}
-
-void fillSamplesWith(std::span<const std::byte> sample, int count, std::byte* to) {
-  for (int i = 0; i < count; ++i, to += sample.size()) std::memcpy(to, sample.data(), sample.size());
-}
-
-// What the sources of several threads share.
-struct ZarrVolume {
-  ZarrVolume(std::shared_ptr<const ZarrStore> store, ZarrArray array, ZarrPart part, std::uint64_t memory_bytes)
-      : chunks(std::move(store), std::move(array), std::move(part), memory_bytes) {}
-
-  ZarrChunks chunks;
-  std::atomic<unsigned> sources = 0;
-};
-
-class ZarrSource final : public Source {
- public:
-  ZarrSource(std::shared_ptr<ZarrVolume> volume, ChannelConverter converter, SourceInfo info)
-      : volume_(std::move(volume)),
-        converter_(std::move(converter)),
-        info_(std::move(info)),
-        number_(volume_->sources++) {}
-
-  const SourceInfo& info() const override { return info_; }
-  ConversionReport conversion(std::size_t channel) const override { return converter_.report(channel); }
-  std::unique_ptr<Source> another() const override {
-    return std::make_unique<ZarrSource>(volume_, converter_.anew(), info_);
-  }
-  void findRuns(const VoxelBox& box, std::vector<VoxelRun>& runs) override { volume_->chunks.findRuns(box, runs); }
-
-  void readRows(int z, int y, int count, std::span<std::byte> out) override {
-    readBox({.begin = {0, y, z}, .end = {info_.dims.x, y + count, z + 1}}, out);
-  }
-
-  void readBox(const VoxelBox& box, std::span<std::byte> out) override {
-    const std::vector<ChunkPiece> pieces = piecesOf(volume_->chunks.lattice(), box);
-    samples_.resize(box.voxels() * converter_.format().voxelBytes());
-    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
-      // Each thread begins elsewhere and every other goes the other way, so that they unpack different chunks.
-      double ignored = 0;
-      std::size_t at =
-          static_cast<std::size_t>(std::modf(number_ * 0.6180339887, &ignored) * static_cast<double>(pieces.size()));
-      for (std::size_t i = 0; i < pieces.size(); ++i) {
-        readPiece(channel, pieces[at % pieces.size()], box);
-        at += number_ % 2 == 0 ? 1 : pieces.size() - 1;
-      }
-      converter_.convertPlane(channel, samples_, 0, out);
-    }
-  }
-
- private:
-  void readPiece(std::size_t channel, const ChunkPiece& piece, const VoxelBox& box) {
-    const ZarrChunks& chunks = volume_->chunks;
-    const std::size_t width = converter_.format().voxelBytes();
-    const auto chunk = volume_->chunks.chunk(channel, piece.cell);
-    const ChunkLayout layout = chunks.layout(channel);
-    const glm::ivec3 first = piece.cell * chunks.lattice().cellDims();
-    const glm::ivec3 dims = box.dims();
-    for (int z = piece.box.begin.z; z < piece.box.end.z; ++z) {
-      for (int y = piece.box.begin.y; y < piece.box.end.y; ++y) {
-        const glm::u64vec3 to(piece.box.begin.x - box.begin.x, y - box.begin.y, z - box.begin.z);
-        std::byte* out =
-            &samples_[((to.z * static_cast<std::uint64_t>(dims.y) + to.y) * static_cast<std::uint64_t>(dims.x) + to.x) *
-                      width];
-        if (chunk) {
-          const glm::u64vec3 in_chunk(glm::ivec3(piece.box.begin.x, y, z) - first);
-          const std::uint64_t from =
-              layout.first + in_chunk.x * layout.step.x + in_chunk.y * layout.step.y + in_chunk.z * layout.step.z;
-          copySamples(width, chunk->data() + from * width, layout.step.x, piece.box.dims().x, out);
-        } else {
-          fillSamplesWith(chunks.array().fill, piece.box.dims().x, out);
-        }
-      }
-    }
-  }
-
-  std::shared_ptr<ZarrVolume> volume_;
-  ChannelConverter converter_;
-  SourceInfo info_;
-  unsigned number_;
-  std::vector<std::byte> samples_;
-};
 
 // What plain arrays say of their axes, or what is usual.
 std::vector<OmeAxis> plainAxes(const ZarrArray& array, std::vector<std::string>& notes) {
@@ -171,10 +43,10 @@ std::vector<OmeAxis> plainAxes(const ZarrArray& array, std::vector<std::string>&
 }
 
 // Dims, channels and the place on the axes that a volume has not.
-ZarrPart choosePart(const ZarrArray& array, const std::vector<OmeAxis>& axes, const ImportOptions& options,
-                    std::vector<std::string>& notes) {
+ArrayPart choosePart(const ZarrArray& array, const std::vector<OmeAxis>& axes, const ImportOptions& options,
+                     std::vector<std::string>& notes) {
   const OmeRoles roles = rolesOf(axes, array.file);
-  ZarrPart part = roles.part;
+  ArrayPart part = roles.part;
   std::array<std::int64_t, 3> dims{1, 1, 1};
   for (std::size_t i = 0; i < 3; ++i) {
     if (part.space[i]) dims[i] = static_cast<std::int64_t>(array.shape[*part.space[i]]);
@@ -201,16 +73,6 @@ ZarrPart choosePart(const ZarrArray& array, const std::vector<OmeAxis>& axes, co
   return part;
 }
 
-std::vector<std::byte> blankVoxel(const ZarrArray& array, const ChannelConverter& converter, const SourceInfo& info) {
-  std::vector<std::byte> blank(voxelBytes(info.type) * info.channels.size());
-  ChannelConverter own = converter.anew();
-  for (std::size_t channel = 0; channel < info.channels.size(); ++channel) {
-    std::vector<std::byte> fill = array.fill;
-    own.convertPlane(channel, fill, 0, blank);
-  }
-  return blank;
-}
-
 // Channel after channel.
 std::unique_ptr<Source> openChannels(std::shared_ptr<const ZarrStore> store, const ImportOptions& options) {
   OmeImage image = findOmeImage(*store, "", options.level);
@@ -222,7 +84,7 @@ std::unique_ptr<Source> openChannels(std::shared_ptr<const ZarrStore> store, con
   if (axes.size() != array.rank()) {
     failData("{}: shape has {} axes, the image's metadata say {}", array.file, array.rank(), axes.size());
   }
-  ZarrPart part = choosePart(array, axes, options, image.notes);
+  ArrayPart part = choosePart(array, axes, options, image.notes);
   const OmePlace place =
       placeOf(image.world_from_index.value_or(OmeMap::identity(axes.size())), axes, part, image.file);
   SourceInfo info{.name = store->name(), .format = "zarr", .dims = part.dims, .random_access = true};
@@ -234,15 +96,14 @@ std::unique_ptr<Source> openChannels(std::shared_ptr<const ZarrStore> store, con
   const std::vector<std::string> told = describeOmeChannels(image, info.channels);
   image.notes.insert(image.notes.end(), told.begin(), told.end());
   nameChannels(info, options);
-  auto volume = std::make_shared<ZarrVolume>(std::move(store), std::move(array), std::move(part), options.memory_bytes);
-  if (volume->chunks.knowsBlank()) info.blank = blankVoxel(volume->chunks.array(), converter, info);
-  if (volume->chunks.isAllFill()) {
+  auto chunks = std::make_shared<ZarrChunks>(std::move(store), std::move(array), std::move(part), options.memory_bytes);
+  if (chunks->isAllFill()) {
     image.notes.push_back(fmt::format("none of the chunks of '{}' is there: all of it is the fill value{}",
                                       image.key.empty() ? info.name : image.key,
                                       image.levels > 1 ? "; --level chooses another" : ""));
   }
   info.notes = std::move(image.notes);
-  return std::make_unique<ZarrSource>(std::move(volume), converter, std::move(info));
+  return makeChunkedSource(std::move(chunks), converter, std::move(info));
 }
 
 std::unique_ptr<Source> openStore(std::shared_ptr<const ZarrStore> store, const ImportOptions& options) {

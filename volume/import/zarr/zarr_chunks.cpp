@@ -13,26 +13,12 @@ namespace {
 
 constexpr std::uint64_t kEntryWords = 2;
 constexpr std::uint64_t kAbsent = UINT64_MAX;
-constexpr std::uint64_t kCellsLookedInto = 4096;  // of a box with more it is only said whether there is anything
 constexpr std::size_t kMostShards = 64;
 
 // Packed bytes, unpacked ones, and halves beside their floats.
-std::ptrdiff_t unpackedAtATime(const ZarrArray& array, std::uint64_t memory_bytes) {
-  const std::uint64_t each = 3 * mostPackedBytes(array.chunkSamples() * sampleBytes(array.format.type));
-  return static_cast<std::ptrdiff_t>(std::clamp<std::uint64_t>(memory_bytes / 4 / each, 1, 256));
+std::uint64_t unpackingBytes(const ZarrArray& array) {
+  return 3 * mostPackedBytes(array.chunkSamples() * sampleBytes(array.format.type));
 }
-
-// Gives back what it took, however that ends.
-class Taken {
- public:
-  explicit Taken(std::counting_semaphore<>& semaphore) : semaphore_(semaphore) { semaphore_.acquire(); }
-  ~Taken() { semaphore_.release(); }
-  Taken(const Taken&) = delete;
-  Taken& operator=(const Taken&) = delete;
-
- private:
-  std::counting_semaphore<>& semaphore_;
-};
 
 std::uint64_t littleEndian(std::uint64_t word) {
   if constexpr (std::endian::native == std::endian::little) return word;
@@ -41,7 +27,7 @@ std::uint64_t littleEndian(std::uint64_t word) {
 
 }  // namespace
 
-ZarrChunks::ZarrChunks(std::shared_ptr<const ZarrStore> store, ZarrArray array, ZarrPart part,
+ZarrChunks::ZarrChunks(std::shared_ptr<const ZarrStore> store, ZarrArray array, ArrayPart part,
                        std::uint64_t memory_bytes)
     : store_(std::move(store)),
       array_(std::move(array)),
@@ -50,7 +36,7 @@ ZarrChunks::ZarrChunks(std::shared_ptr<const ZarrStore> store, ZarrArray array, 
       objects_(part_, array_.object_chunk),
       present_(presentObjects(*store_, array_, part_, objects_, memory_bytes / 8 / sizeof(std::uint64_t))),
       kept_(memory_bytes / 2),
-      unpacking_(unpackedAtATime(array_, memory_bytes)) {
+      unpacking_(unpackingBytes(array_), memory_bytes / 4) {
   for (int i = 0; i < 3; ++i) {
     const auto axis = part_.space[static_cast<std::size_t>(i)];
     if (!axis) continue;
@@ -63,23 +49,7 @@ ZarrChunks::ZarrChunks(std::shared_ptr<const ZarrStore> store, ZarrArray array, 
 }
 
 ChunkLayout ZarrChunks::layout(std::size_t channel) const {
-  std::vector<std::uint64_t> steps(array_.rank());
-  std::uint64_t step = 1;
-  for (std::size_t i = array_.rank(); i-- > 0;) {
-    const std::size_t axis = array_.order[i];
-    steps[axis] = step;
-    step *= array_.chunk[axis];
-  }
-  ChunkLayout layout;
-  for (std::size_t axis = 0; axis < array_.rank(); ++axis) {
-    layout.first += part_.index[axis] % array_.chunk[axis] * steps[axis];
-  }
-  if (part_.channel) layout.first += channel % array_.chunk[*part_.channel] * steps[*part_.channel];
-  for (int i = 0; i < 3; ++i) {
-    const auto axis = part_.space[static_cast<std::size_t>(i)];
-    if (axis) layout.step[i] = steps[*axis];
-  }
-  return layout;
+  return layoutOf(array_.chunk, array_.order, part_, channel);
 }
 
 KeptBytes::Bytes ZarrChunks::chunk(std::size_t channel, glm::ivec3 cell) {
@@ -110,7 +80,7 @@ KeptBytes::Bytes ZarrChunks::unpack(const ZarrObject& object, Place place, const
     failData("{}: has {} bytes, a chunk has {} and when packed at most {}", name, place.bytes, bytes,
              mostPackedBytes(bytes));
   }
-  const Taken room(unpacking_);
+  const UnpackingRoom::Taken room(unpacking_);
   std::vector<std::byte> packed(place.bytes);
   object.read(place.offset, packed);
   std::vector<std::byte> samples = unpackZarr(std::move(packed), array_.codecs, bytes, name);
@@ -182,42 +152,13 @@ bool ZarrChunks::isPresent(std::size_t channel_cell, glm::ivec3 cell) {
   return placeIn(*holder, chunks_.numbers(part_, channel_cell, cell), array_.file).has_value();
 }
 
-// Goes from each object to the next that can lie in the box.
-bool ZarrChunks::anyObject(std::size_t channel_cell, const VoxelBox& cells) const {
-  auto at = std::ranges::lower_bound(*present_, objects_.number(channel_cell, cells.begin));
-  const std::uint64_t last = objects_.number(channel_cell, cells.end - 1);
-  while (at != present_->end() && *at <= last) {
-    glm::ivec3 cell = objects_.cellOf(*at);
-    if (cell.x >= cells.end.x) cell = {cells.begin.x, cell.y + 1, cell.z};
-    if (cell.y >= cells.end.y) cell = {cells.begin.x, cells.begin.y, cell.z + 1};
-    if (cell.y < cells.begin.y) cell = {cells.begin.x, cells.begin.y, cell.z};
-    cell.x = std::max(cell.x, cells.begin.x);
-    const std::uint64_t next = objects_.number(channel_cell, cell);
-    if (next == *at) return true;
-    at = std::lower_bound(at, present_->end(), next);
-  }
-  return false;
-}
-
 void ZarrChunks::findRuns(const VoxelBox& box, std::vector<VoxelRun>& runs) {
   runs.clear();
-  const VoxelBox cells = chunks_.cellsOf(box);
   const VoxelBox objects = objects_.cellsOf(box);
-  const int width = chunks_.cellDims().x;
-  const bool looks_into = cells.voxels() <= kCellsLookedInto;
   for (std::size_t channel = 0; channel < chunks_.channelCells(); ++channel) {
-    if (!anyObject(channel / object_channel_cells_, objects)) continue;
-    if (!looks_into) return runs.assign({{.begin = box.begin.x, .end = box.end.x}});
-    for (int x = cells.begin.x; x < cells.end.x; ++x) {
-      bool found = false;
-      for (int z = cells.begin.z; z < cells.end.z && !found; ++z) {
-        for (int y = cells.begin.y; y < cells.end.y && !found; ++y) found = isPresent(channel, {x, y, z});
-      }
-      if (!found) continue;
-      const std::int64_t end = (static_cast<std::int64_t>(x) + 1) * width;
-      runs.push_back(
-          {.begin = std::max(x * width, box.begin.x), .end = static_cast<int>(std::min<std::int64_t>(end, box.end.x))});
-    }
+    if (!anyCell(*present_, objects_, channel / object_channel_cells_, objects)) continue;
+    addRuns(
+        chunks_, box, [&](glm::ivec3 cell) { return isPresent(channel, cell); }, runs);
   }
   mergeRuns(runs);
 }

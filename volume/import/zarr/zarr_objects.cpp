@@ -22,7 +22,7 @@ std::optional<std::uint64_t> cellNumber(std::string_view text) {
 // Goes through the names of an array's objects, folder by folder.
 class ObjectSearch {
  public:
-  ObjectSearch(const ZarrStore& store, const ZarrArray& array, const ZarrPart& part, const ZarrLattice& objects,
+  ObjectSearch(const ZarrStore& store, const ZarrArray& array, const ArrayPart& part, const ChunkLattice& objects,
                std::size_t most)
       : store_(store), array_(array), part_(part), objects_(objects), most_(most) {}
 
@@ -92,8 +92,8 @@ class ObjectSearch {
 
   const ZarrStore& store_;
   const ZarrArray& array_;
-  const ZarrPart& part_;
-  const ZarrLattice& objects_;
+  const ArrayPart& part_;
+  const ChunkLattice& objects_;
   std::size_t most_;
   std::vector<std::uint64_t> numbers_;  // of the name so far, by axis
   std::vector<std::uint64_t> found_;
@@ -101,50 +101,8 @@ class ObjectSearch {
 
 }  // namespace
 
-ZarrLattice::ZarrLattice(const ZarrPart& part, const std::vector<std::uint64_t>& cell) : cell_(cell) {
-  for (int i = 0; i < 3; ++i) {
-    const auto axis = part.space[static_cast<std::size_t>(i)];
-    // A cell may be larger than the array.
-    if (axis) cell_dims_[i] = static_cast<int>(std::min<std::uint64_t>(cell[*axis], kMaxDim));
-  }
-  dims_ = (part.dims + cell_dims_ - 1) / cell_dims_;
-  if (part.channel) cell_channels_ = cell[*part.channel];
-  channel_cells_ = (part.channels + cell_channels_ - 1) / cell_channels_;
-}
-
-std::uint64_t ZarrLattice::number(std::size_t channel_cell, glm::ivec3 cell) const {
-  std::uint64_t number = channel_cell;
-  for (int i = 2; i >= 0; --i)
-    number = number * static_cast<std::uint64_t>(dims_[i]) + static_cast<std::uint64_t>(cell[i]);
-  return number;
-}
-
-glm::ivec3 ZarrLattice::cellOf(std::uint64_t number) const {
-  glm::ivec3 cell{0};
-  for (int i = 0; i < 3; ++i) {
-    cell[i] = static_cast<int>(number % static_cast<std::uint64_t>(dims_[i]));
-    number /= static_cast<std::uint64_t>(dims_[i]);
-  }
-  return cell;
-}
-
-std::vector<std::uint64_t> ZarrLattice::numbers(const ZarrPart& part, std::size_t channel_cell, glm::ivec3 cell) const {
-  std::vector<std::uint64_t> numbers(cell_.size());
-  for (std::size_t axis = 0; axis < cell_.size(); ++axis) numbers[axis] = part.index[axis] / cell_[axis];
-  for (int i = 0; i < 3; ++i) {
-    const auto axis = part.space[static_cast<std::size_t>(i)];
-    if (axis) numbers[*axis] = static_cast<std::uint64_t>(cell[i]);
-  }
-  if (part.channel) numbers[*part.channel] = channel_cell;
-  return numbers;
-}
-
-VoxelBox ZarrLattice::cellsOf(const VoxelBox& box) const {
-  return {.begin = box.begin / cell_dims_, .end = (box.end + cell_dims_ - 1) / cell_dims_};
-}
-
 std::optional<std::vector<std::uint64_t>> presentObjects(const ZarrStore& store, const ZarrArray& array,
-                                                         const ZarrPart& part, const ZarrLattice& objects,
+                                                         const ArrayPart& part, const ChunkLattice& objects,
                                                          std::size_t most) {
   return ObjectSearch(store, array, part, objects, most).search();
 }
