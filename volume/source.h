@@ -57,7 +57,7 @@ struct SourceChannel {
 struct SourceInfo {
   std::string name;    // for people and messages: file name without folders
   std::string format;  // "raw", "nrrd", "metaimage", "nifti", "dicom", "png", "tiff", "prism", "idx", "zarr", "mrc",
-                       // "vox", "kvx", "pvm", "amira", "vgi", "esrf", "isq", "aim", "demo"
+                       // "vox", "kvx", "pvm", "amira", "vgi", "esrf", "isq", "aim", "vdb", "nanovdb", "demo"
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   glm::dmat4 world_from_index{1.0};

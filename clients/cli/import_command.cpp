@@ -123,7 +123,7 @@ void addImportCommand(CLI::App& app) {
   command
       ->add_option("SOURCE", import->sources,
                    "NRRD, MetaImage, NIfTI, DICOM, OpenVisus IDX, raw or TIFF file, OME-Zarr folder or zip, MRC, .vox, "
-                   "KVX, PVM, "
+                   "OpenVDB, NanoVDB, KVX, PVM, "
                    "Amira, VGI, ISQ or AIM file, PNG or TIFF slices, or a folder of slices, of a DICOM series or of "
                    "PRISM's bricks")
       ->required();
@@ -153,7 +153,8 @@ void addImportCommand(CLI::App& app) {
   command->add_option("--level", import->level, "OME-Zarr: level to import (0, the finest)")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--time", import->time, "Zarr: step in time to import (0)")->check(CLI::NonNegativeNumber);
-  command->add_option("--dataset", import->dataset, "which of several in one file, by its path or name");
+  command->add_option("--dataset", import->dataset,
+                      "which of several in one file, by its path, its name, or its number in their list (VDB)");
   command->add_option("--frame", import->frame, "which of several volumes in one file, counted from 0")
       ->check(CLI::NonNegativeNumber);
   command

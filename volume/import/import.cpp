@@ -29,6 +29,7 @@ struct Choices {
 
 Choices choicesOf(FileKind kind) {
   if (kind == FileKind::zarr || kind == FileKind::zip) return {.level = true, .time = true};
+  if (kind == FileKind::vdb || kind == FileKind::nanovdb) return {.dataset = true};
   return {};
 }
 
@@ -54,7 +55,9 @@ std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const I
 }
 
 constexpr std::string_view kKnownFormats =
-    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, Zarr, MRC, .vox, KVX, PVM, Amira, VGI, ESRF .vol, ISQ, AIM, PRISM, IDX";
+    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, Zarr, OpenVDB, NanoVDB, MRC, .vox, KVX, PVM, Amira, VGI, ESRF .vol, "
+    "ISQ, "
+    "AIM, PRISM, IDX";
 
 using Opener = std::unique_ptr<Source> (*)(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 
@@ -89,6 +92,10 @@ Opener openerOf(FileKind kind) {
       return openAim;
     case FileKind::pvm:
       return openPvm;
+    case FileKind::vdb:
+      return openVdb;
+    case FileKind::nanovdb:
+      return openNanoVdb;
     case FileKind::unknown:
     case FileKind::dicom:
     case FileKind::png:

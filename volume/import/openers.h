@@ -31,6 +31,8 @@ std::unique_ptr<Source> openAmira(std::shared_ptr<const InputFile> file, const I
 std::unique_ptr<Source> openPvm(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openKvx(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openVox(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openVdb(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openNanoVdb(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 // A folder, or a zip file.
 std::unique_ptr<Source> openZarr(const std::filesystem::path& path, const ImportOptions& options);
 bool isZarrFolder(const std::filesystem::path& folder);

@@ -30,7 +30,9 @@ enum class FileKind {
   isq,
   aim,
   pvm,
-  kvx
+  kvx,
+  vdb,
+  nanovdb
 };
 
 FileKind fileKind(const InputFile& file);
