@@ -32,11 +32,13 @@ struct ExportCommand {
       const std::filesystem::path path(output);
       name = (path.has_filename() ? path : path.parent_path()).extension().string();
       std::transform(name.begin(), name.end(), name.begin(), [](unsigned char c) { return std::tolower(c); });
-      if (name != ".nrrd" && name != ".raw" && name != ".prism") {
-        throw UsageError(fmt::format("-o: '{}' ends on none of .nrrd .raw .prism; name a --format", output));
+      if (name == ".nvdb") name = ".nanovdb";
+      if (name != ".nrrd" && name != ".raw" && name != ".prism" && name != ".nanovdb") {
+        throw UsageError(fmt::format("-o: '{}' ends on none of .nrrd .raw .prism .nvdb; name a --format", output));
       }
       name.erase(0, 1);
     }
+    if (name == "nanovdb") return ExportFormat::nanovdb;
     return name == "nrrd" ? ExportFormat::nrrd : name == "raw" ? ExportFormat::raw : ExportFormat::prism;
   }
 
@@ -78,9 +80,10 @@ void addExportCommand(CLI::App& app) {
       ->type_name("OUT");
   command
       ->add_option("--format", exported->format,
-                   "nrrd (keeps place, units and values), raw (channel after channel, x fastest, little endian) or "
-                   "prism (bricks of u8 or u16, one channel) (the ending of OUT)")
-      ->check(CLI::IsMember({"nrrd", "raw", "prism"}));
+                   "nrrd (keeps place, units and values), raw (channel after channel, x fastest, little endian), "
+                   "prism (bricks of u8 or u16, one channel) or nanovdb (a sparse grid of floats or colours a channel, "
+                   "in which empty voxels are not active; .nvdb) (the ending of OUT)")
+      ->check(CLI::IsMember({"nrrd", "raw", "prism", "nanovdb"}));
   command->add_option("--level", exported->level, "resolution level, 0 is the finest (0)")
       ->check(CLI::Range(0, kMaxLevels - 1));
   command->add_option("--box", exported->box, "voxels of the level, from x0,y0,z0 up to, not with, x1,y1,z1 (all)")

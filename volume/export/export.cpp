@@ -62,9 +62,24 @@ void checkPrism(const ExportJob& job, const std::string& name) {
   }
 }
 
+// It has places, names and values in data units.
+void noteNanoVdbLosses(const ExportJob& job, ExportReport& report) {
+  const Metadata& metadata = job.file.info().metadata;
+  bool units = !metadata.length_unit.empty() || !metadata.space.empty();
+  for (std::size_t i = 0; i < job.channels.size(); ++i) {
+    const ChannelInfo& channel = job.channel(i);
+    units = units || !channel.unit.empty();
+    if (job.is_signed || (channel.value_scale == 1 && channel.value_offset == 0)) continue;
+    report.notes.push_back(fmt::format("values of channel {} are in data units, {} + {} * stored, as 32-bit floats",
+                                       job.channels[i], channel.value_offset, channel.value_scale));
+  }
+  if (units) report.notes.emplace_back("units are not kept");
+}
+
 // What raw and PRISM cannot say, and NRRD can.
 void noteLosses(const ExportJob& job, const ExportOptions& options, ExportReport& report) {
   if (options.format == ExportFormat::nrrd) return;
+  if (options.format == ExportFormat::nanovdb) return noteNanoVdbLosses(job, report);
   glm::dmat4 spacing(1.0);
   for (int i = 0; i < 3; ++i) spacing[i][i] = job.world_from_index[i][i];
   const bool is_plain = spacing == job.world_from_index && spacing[0][0] > 0 && spacing[1][1] > 0 && spacing[2][2] > 0;
@@ -108,7 +123,8 @@ std::string emptyFlags(const ExportJob& job, bool maps_values) {
 
 std::string importFlags(const ExportJob& job, const ExportOptions& options) {
   std::string flags = options.format == ExportFormat::raw ? rawFlags(job) : "";
-  flags += emptyFlags(job, options.format == ExportFormat::nrrd || job.is_signed);
+  const bool maps_values = options.format == ExportFormat::nrrd || options.format == ExportFormat::nanovdb;
+  flags += emptyFlags(job, maps_values || job.is_signed);
   const ChannelValues values = job.channel(0).values;
   bool alike = job.type() != VoxelType::rgba8;
   for (std::size_t i = 0; i < job.channels.size(); ++i) alike = alike && job.channel(i).values == values;
@@ -148,6 +164,10 @@ ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& p
     case ExportFormat::prism:
       checkPrism(job, name);
       report.bytes = writePrism(job, path);
+      break;
+    case ExportFormat::nanovdb:
+      report.bytes = writeNanoVdb(job, path);
+      if (job.type() != VoxelType::rgba8) report.type = "f32";
       break;
   }
   report.import_flags = importFlags(job, options);

@@ -3,11 +3,12 @@
 //
 //   VolumeFile  blocks of a level, packed, empty ones not there
 //       | BoxReader: a piece at a time, dense
-//   planes.h (NRRD, raw) or prism.h (bricks in hierarchical Z order)
+//   planes.h (NRRD, raw), prism.cpp (bricks in hierarchical Z order) or nano_tree.h (leaves of a NanoVDB tree)
 //       | OutputFile, OutputFolder: whole or not at all
 //
 // Voxels that are stored come out bit for bit, also those that are empty; the others, which are all empty, as the empty
 // value of their channel (emptyValue(), the data value 0 where that is empty). Runs of zeros become holes of the file.
+// NanoVDB alone says what is empty: there it is not active, and has that value too.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +24,7 @@
 
 namespace blockwalk {
 
-enum class ExportFormat { nrrd, raw, prism };
+enum class ExportFormat { nrrd, raw, prism, nanovdb };
 
 struct ExportOptions {
   ExportFormat format = ExportFormat::nrrd;
@@ -44,7 +45,8 @@ struct ExportReport {
 };
 
 // Writes `path` under a temporary name and renames it when complete; what fails leaves nothing. A file that is there is
-// replaced, a folder is not. Memory: the level's records, and some 64 MiB whatever the volume's size. Throws DataError
+// replaced, a folder is not. Memory: the level's records, and some 64 MiB whatever the volume's size; for NanoVDB 600
+// bytes more for each cube of 128^3 voxels that holds something, of which there may be 2^20. Throws DataError
 // for what the file or the options get wrong, std::system_error for the disk.
 ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& path, const ExportOptions& options);
 

@@ -33,6 +33,7 @@ struct ExportJob {
 // One function a format. Each writes `path` whole or not at all and returns the bytes written.
 std::uint64_t writeNrrd(const ExportJob& job, const std::filesystem::path& path);
 std::uint64_t writeRaw(const ExportJob& job, const std::filesystem::path& path);
+std::uint64_t writeNanoVdb(const ExportJob& job, const std::filesystem::path& path);
 std::uint64_t writePrism(const ExportJob& job, const std::filesystem::path& path);
 
 }  // namespace blockwalk
