@@ -158,60 +158,77 @@ std::string channelName(std::string name) {
   return name;
 }
 
+// What people should know of a grid that was read.
+void noteGrid(const GridInfo& info, const SparseGrid& grid, std::vector<std::string>& notes) {
+  if (info.is_level_set) {
+    notes.push_back(
+        fmt::format("grid '{}' is a level set: inside is density 1, in its narrow band a ramp down to 0", info.name));
+  }
+  if (std::ranges::any_of(grid.background(), [](std::byte byte) { return byte != std::byte{0}; })) {
+    notes.push_back(fmt::format(
+        "grid '{}': what is not active has its background, which is not 0; unless that is empty (--empty), all of the "
+        "box is stored",
+        info.name));
+  }
+  if (grid.tileCount() > 0) {
+    notes.push_back(fmt::format("grid '{}': {} of its {} active voxels lie in {} cubes of one value", info.name,
+                                grid.voxelCount() - grid.leafVoxelCount(), grid.voxelCount(), grid.tileCount()));
+  }
+}
+
+// Every component of every grid as it is.
+void addFields(const std::vector<const GridInfo*>& grids, SparseParts& parts, const std::string& file) {
+  for (std::size_t i = 0; i < grids.size(); ++i) {
+    if (grids[i]->format.type != grids[0]->format.type) {
+      failData("{}: channels: '{}' has values of {}, '{}' of {}; as fields they must be of one type", file,
+               grids[0]->name, grids[0]->type, grids[i]->name, grids[i]->type);
+    }
+    for (int c = 0; c < grids[i]->format.channels; ++c) parts.planes.push_back({.grid = i, .component = c});
+  }
+  parts.is_color = grids[0]->format.channels > 1 && grids[0]->format.type == SampleType::u8;
+}
+
+void addFacts(const GridInfo& grid, SourceInfo& info) {
+  constexpr std::size_t kMostBytes = 200;
+  const auto add = [&](const std::string& key, const std::string& value) {
+    if (!value.empty()) info.facts.emplace_back(key, value.substr(0, kMostBytes));
+  };
+  add("grid", grid.name);
+  add("class", grid.grid_class);
+  for (const auto& [key, value] : grid.facts) add(key, value);
+}
+
 }  // namespace
 
 std::unique_ptr<Source> openGrids(const std::vector<GridInfo>& grids, const LoadGrids& load, SourceInfo info,
                                   const ImportOptions& options) {
-  const std::vector<std::size_t> chosen = GridChooser(grids, options, info).choose();
-  const GridInfo& first = grids[chosen[0]];
+  const std::vector<std::size_t> numbers = GridChooser(grids, options, info).choose();
+  std::vector<const GridInfo*> chosen;
+  for (const std::size_t number : numbers) chosen.push_back(&grids[number]);
+  const GridInfo& first = *chosen[0];
   SparseParts parts;
-  parts.grids = load(chosen);
-  const bool is_vector = first.format.channels > 1;
-  const bool may_be_color = options.channels == ChannelRule::color || chosen.size() == 2;
-  if (is_vector && isFloat(first.format.type) && first.format.channels == 3 && may_be_color &&
-      options.channels != ChannelRule::fields) {
+  parts.grids = load(numbers);
+  const bool may_be_color = first.format.channels == 3 && isFloat(first.format.type);
+  if (may_be_color &&
+      (options.channels == ChannelRule::color || (chosen.size() == 2 && options.channels != ChannelRule::fields))) {
     addColor(first, parts.grids[0], parts, info.notes);
-    if (chosen.size() == 2) addDensity(grids[chosen[1]], parts.grids[1], parts, info.notes);
+    if (chosen.size() == 2) addDensity(*chosen[1], parts.grids[1], parts, info.notes);
   } else {
-    for (std::size_t i = 0; i < chosen.size(); ++i) {
-      for (int c = 0; c < grids[chosen[i]].format.channels; ++c) parts.planes.push_back({.grid = i, .component = c});
-    }
-    parts.is_color = is_vector && first.format.type == SampleType::u8;
+    addFields(chosen, parts, info.name);
   }
   info.channels.clear();
   for (std::size_t i = 0; i < chosen.size(); ++i) {
-    const GridInfo& grid = grids[chosen[i]];
+    const GridInfo& grid = *chosen[i];
     for (int c = 0; c < grid.format.channels; ++c) {
       info.channels.push_back({.name = channelName(grid.format.channels > 1 ? componentName(grid, c) : grid.name)});
     }
-    if (grid.is_level_set) {
-      info.notes.push_back(
-          fmt::format("grid '{}' is a level set: inside is density 1, in its narrow band a ramp down to 0", grid.name));
-    }
-    if (std::ranges::any_of(parts.grids[i]->background(), [](std::byte byte) { return byte != std::byte{0}; })) {
-      info.notes.push_back(
-          fmt::format("grid '{}': what is not active has its background, which is not 0: all of the box is filled with "
-                      "it, but for --empty",
-                      grid.name));
-    }
-    if (parts.grids[i]->tileCount() > 0) {
-      info.notes.push_back(fmt::format("grid '{}': {} of its {} active voxels lie in {} cubes of one value", grid.name,
-                                       parts.grids[i]->voxelCount() - parts.grids[i]->leafVoxelCount(),
-                                       parts.grids[i]->voxelCount(), parts.grids[i]->tileCount()));
-    }
+    noteGrid(grid, *parts.grids[i], info.notes);
   }
-  info.world_from_index = first.world_from_index;
-  const auto fact = [&](const std::string& key, const std::string& value) {
-    if (!value.empty()) info.facts.emplace_back(key, value);
-  };
-  if (chosen.size() == 1) {
-    fact("grid", first.name);
-    fact("class", first.grid_class);
-    info.facts.insert(info.facts.end(), first.facts.begin(), first.facts.end());
-  }
-  if (grids.size() > chosen.size() && options.dataset) {
+  if (options.dataset && grids.size() > 1) {
     info.notes.push_back(fmt::format("of {} grids it is '{}', by --dataset", grids.size(), first.name));
   }
+  if (chosen.size() == 1) addFacts(first, info);
+  info.world_from_index = first.world_from_index;
   return makeSparseSource(std::move(parts), std::move(info), options);
 }
 

@@ -21,7 +21,7 @@ constexpr std::size_t kMostGrids = 4096;  // of a file
 
 // What a file says of a grid before its tree is read.
 struct GridInfo {
-  std::string name;     // as the file has it; two may have one
+  std::string name;     // plain; two may have one
   std::string type;     // of a value, as the file spells it
   std::string refusal;  // why it is not read; empty where it is
   SampleFormat format;  // of what is read of it

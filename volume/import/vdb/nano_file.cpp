@@ -9,18 +9,24 @@
 #include "volume/import/header_bytes.h"
 #include "volume/import/vdb/grid_choice.h"
 #include "volume/import/zarr/zarr_codec.h"
+#include "volume/plain_text.h"
 
 namespace blockwalk {
 namespace {
 
 constexpr std::size_t kWindowBytes = std::size_t{1} << 20;
 constexpr std::uint32_t kMostNameBytes = 1 << 16;
+constexpr std::size_t kMostKeptNameBytes = 1024;
 constexpr std::uint64_t kChunkBytes = std::uint64_t{1} << 30;  // of what blosc packs at a time
 
 std::vector<std::byte> bytesAt(const InputFile& file, std::uint64_t offset, std::size_t count) {
   std::vector<std::byte> bytes(count);
   file.read(offset, bytes);
   return bytes;
+}
+
+std::string nameIn(std::span<const std::byte> bytes, std::size_t at, std::size_t most) {
+  return plainText(HeaderBytes(bytes, std::endian::little).text(at, most));
 }
 
 // One grid alone has its version elsewhere than a segment.
@@ -82,7 +88,7 @@ class SegmentReader {
     at_ += nano::record::kBytes;
     const auto name = bytesAt(file_, at_, name_bytes);
     at_ += name_bytes;
-    NanoEntry entry{.name = HeaderBytes(name, std::endian::little).text(0, std::min<std::size_t>(name_bytes, 1024)),
+    NanoEntry entry{.name = nameIn(name, 0, std::min<std::size_t>(name_bytes, kMostKeptNameBytes)),
                     .codec = static_cast<nano::Codec>(record.u16(nano::record::kCodec)),
                     .file_bytes = record.u64(nano::record::kFileBytes),
                     .grid_bytes = record.u64(nano::record::kGridBytes)};
@@ -112,7 +118,7 @@ std::vector<NanoEntry> nanoEntries(const InputFile& file) {
   if (grid_bytes > file.bytes()) {
     failData("{}: gridSize: {} bytes are declared, the file has {}", file.name(), grid_bytes, file.bytes());
   }
-  return {{.name = head.text(nano::grid::kName, nano::grid::kNameBytes),
+  return {{.name = nameIn(bytes, nano::grid::kName, nano::grid::kNameBytes),
            .offset = 0,
            .file_bytes = grid_bytes,
            .grid_bytes = grid_bytes}};

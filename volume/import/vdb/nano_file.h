@@ -17,7 +17,7 @@ namespace blockwalk {
 
 // One grid of a file: where its bytes lie there.
 struct NanoEntry {
-  std::string name;
+  std::string name;  // plain, whatever the file has
   nano::Codec codec = nano::Codec::none;
   std::uint64_t offset = 0;
   std::uint64_t file_bytes = 0;
@@ -36,7 +36,7 @@ class NanoBytes {
   std::uint64_t size() const { return size_; }
   // Valid until the next call. Throws DataError where they lie outside of the grid.
   std::span<const std::byte> get(std::uint64_t offset, std::size_t bytes);
-  // The first `bytes` that a grid of this entry has, without unpacking more than that takes.
+  // Throws DataError, naming the file and the grid.
   [[noreturn]] void fail(const std::string& detail) const;
 
  private:

@@ -50,7 +50,7 @@ std::vector<GridInfo> listGrids(const InputFile& file, const std::string& path) 
     grid.active_voxels = process.number<std::uint64_t>();
     grid.bytes = process.number<std::uint64_t>();
     const std::string creator = process.text();
-    if (!creator.empty()) grid.facts.emplace_back("creator", creator.substr(0, 200));
+    if (!creator.empty()) grid.facts.emplace_back("creator", creator);
     if (grids.size() > kMostGrids) failData("{}: holds more than {} grids", file.name(), kMostGrids);
   }
   return grids;

@@ -17,6 +17,7 @@
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/plain_text.h"
 
 namespace blockwalk {
 namespace {
@@ -142,7 +143,7 @@ std::string PipedProcess::text() {
   if (count > kMostText) failData("{}: OpenVDB: what it read of the file makes no sense", name_);
   std::string text(count, '\0');
   bytes(std::as_writable_bytes(std::span(text)));
-  return text;
+  return plainText(text);
 }
 
 bool PipedProcess::next() {

@@ -54,7 +54,7 @@ class PipedProcess {
     bytes(std::as_writable_bytes(std::span(&value, 1)));
     return value;
   }
-  std::string text();
+  std::string text();  // plain, whatever the file has
 
  private:
   std::size_t some(std::span<std::byte> out);

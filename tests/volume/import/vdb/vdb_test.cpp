@@ -218,6 +218,10 @@ TEST_F(Vdb, AColorWithItsDensityIsOneVolume) {
   ImportOptions options;
   options.channels = ChannelRule::fields;
   EXPECT_EQ(open({color, density}, options)->info().channels.size(), 4u);
+  auto doubles = named<openvdb::DoubleGrid>("density", 0);
+  doubles->getAccessor().setValue(Coord(0, 0, 0), 0.5);
+  EXPECT_EQ(readAll(*open({doubles, color})), std::string("\xff\x80\0\xff\x33\0\x66\0", 8));
+  EXPECT_THAT(refusalOf({doubles, color}, options), HasSubstr("as fields they must be of one type"));
   options.channels = ChannelRule::automatic;
   options.dataset = "density";
   EXPECT_EQ(open({color, density}, options)->info().type, VoxelType::f32);
