@@ -26,7 +26,7 @@ std::vector<std::byte> bytesAt(const InputFile& file, std::uint64_t offset, std:
 }
 
 std::string nameIn(std::span<const std::byte> bytes, std::size_t at, std::size_t most) {
-  return plainText(HeaderBytes(bytes, std::endian::little).text(at, most));
+  return most == 0 ? "" : plainText(HeaderBytes(bytes, std::endian::little).text(at, most));
 }
 
 // One grid alone has its version elsewhere than a segment.
