@@ -211,7 +211,8 @@ TEST(NanoVdb, WhatIsNoVolumeIsRefusedByName) {
 
 TEST(NanoVdb, SurvivesBreaking) {
   const Scratch scratch;
-  const Handle sphere = nanovdb::createLevelSetSphere<float>(9);
+  // In one node of each size but leaves.
+  const Handle sphere = nanovdb::createLevelSetSphere<float>(9, nanovdb::Vec3f(60));
   for (const auto codec : {nanovdb::io::Codec::NONE, nanovdb::io::Codec::ZIP}) {
     survivesBreakingInBounds(scratch, "b.nvdb", bytesIn(save(scratch, sphere, codec)));
   }
