@@ -57,6 +57,23 @@ if(TARGET test_volume AND HDF5_FOUND)
   target_link_libraries(test_volume PRIVATE ${HDF5_LINK_LIBRARIES})
   target_compile_definitions(test_volume PRIVATE BLOCKWALK_HDF5)
 endif()
+# Files that other programs' own writers make, where those are there.
+set(vdb_tests ${CMAKE_CURRENT_SOURCE_DIR}/tests/volume/import/vdb)
+set(nanovdb_tests ${vdb_tests}/nanovdb_test.cpp
+  ${CMAKE_CURRENT_SOURCE_DIR}/tests/volume/export/nanovdb_test.cpp)
+find_path(NANOVDB_INCLUDES nanovdb/NanoVDB.h)
+if(openvdb_libraries)
+  target_include_directories(test_volume SYSTEM PRIVATE ${OPENVDB_INCLUDES})
+  target_link_libraries(test_volume PRIVATE ${openvdb_libraries})
+  set_property(SOURCE ${vdb_tests}/vdb_test.cpp APPEND PROPERTY COMPILE_DEFINITIONS BLOCKWALK_OPENVDB)
+  # Its templates take twice as long to compile at -O1.
+  set_property(SOURCE ${vdb_tests}/vdb_test.cpp APPEND PROPERTY COMPILE_OPTIONS -O0)
+endif()
+if(NANOVDB_INCLUDES)
+  target_include_directories(test_volume SYSTEM PRIVATE ${NANOVDB_INCLUDES})
+  set_property(SOURCE ${vdb_tests}/vdb_test.cpp ${nanovdb_tests} APPEND PROPERTY COMPILE_DEFINITIONS BLOCKWALK_NANOVDB)
+endif()
+set_source_files_properties(${vdb_tests}/vdb_test.cpp ${nanovdb_tests} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 add_room_test(view TIMEOUT 60 LIBRARIES view)
 add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP)
 # Scenes of one type of voxel draw with the same kernels.

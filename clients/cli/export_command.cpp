@@ -69,7 +69,8 @@ void addExportCommand(CLI::App& app) {
   command
       ->add_option("--format", exported->format,
                    "nrrd (keeps place, units and values), nifti (.nii, .nii.gz), tiff (one stack, as ImageJ has them), "
-                   "zarr (OME-Zarr 0.5 with the coarser levels), npy, raw (channel after channel, x fastest, little "
+                   "zarr (OME-Zarr 0.5 with the coarser levels), nanovdb (.nvdb: a sparse grid of floats or colours a "
+                   "channel, in which empty voxels are not active), npy, raw (channel after channel, x fastest, little "
                    "endian), png (a folder of slices; u8, u16 or colour) or prism (bricks of u8 or u16), both of one "
                    "channel (the ending of OUT)")
       ->check(CLI::IsMember(exportFormatNames()));

@@ -124,8 +124,9 @@ void addImportCommand(CLI::App& app) {
       ->add_option(
           "SOURCE", import->sources,
           "NRRD, MetaImage, NIfTI, DICOM, OpenVisus IDX, raw or TIFF file, OME-Zarr folder or zip, HDF5 (Imaris, "
-          "BigDataViewer, NeXus and others), MRC, .vox, KVX, PVM, "
-          "Amira, VGI, ISQ or AIM file, PNG or TIFF slices, or a folder of slices, of a DICOM series or of "
+          "BigDataViewer, NeXus and others), MRC, .vox, OpenVDB, NanoVDB, KVX, PVM, "
+          "Amira, VGI, ISQ or AIM file, slices of PNG, TIFF, JPEG, JPEG 2000, WebP or GIF, or a folder of slices, of a "
+          "DICOM series or of "
           "PRISM's bricks")
       ->required();
   command->add_option("--dims", import->dims, "raw: size in voxels; PNG: size of the slices tiled on one image")
@@ -154,7 +155,8 @@ void addImportCommand(CLI::App& app) {
   command->add_option("--level", import->level, "OME-Zarr, Imaris, BigDataViewer: level to import (0, the finest)")
       ->check(CLI::NonNegativeNumber);
   command->add_option("--time", import->time, "Zarr, HDF5: step in time to import (0)")->check(CLI::NonNegativeNumber);
-  command->add_option("--dataset", import->dataset, "which of several in one file, by its path or name");
+  command->add_option("--dataset", import->dataset,
+                      "which of several in one file, by its path, its name, or its number in their list (VDB)");
   command->add_option("--frame", import->frame, "which of several volumes in one file, counted from 0")
       ->check(CLI::NonNegativeNumber);
   command

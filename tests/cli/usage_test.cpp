@@ -65,7 +65,7 @@ const BadUse kBadUses[] = {
     {"export", 2, "FILE"},
     {"export data.raw", 2, "-o"},
     {"export data.raw -o a.nrrd", 1, "data.raw"},
-    {"export data.raw -o a.bwv", 2, "-o: 'a.bwv' ends on none of .nrrd .raw .prism"},
+    {"export data.raw -o a.bwv", 2, "-o: 'a.bwv' ends on none of .nrrd .raw .prism .nvdb"},
     {"export data.raw -o a --format tiff", 2, "--format"},
     {"export data.raw -o data.raw", 2, "-o: data.raw is the volume to export"},
     {"export data.raw -o a.raw --level 18", 2, "--level"},

@@ -101,6 +101,7 @@ const std::vector<FormatRow>& formatRows() {
       {ExportFormat::nifti, "nifti", {".nii", ".nii.gz"}, true, writeNifti},
       {ExportFormat::tiff, "tiff", {".tif", ".tiff"}, false, writeTiff},
       {ExportFormat::zarr, "zarr", {".zarr"}, true, writeZarr},
+      {ExportFormat::nanovdb, "nanovdb", {".nvdb"}, false, writeNanoVdb},
       {ExportFormat::npy, "npy", {".npy"}, true, writeNpy},
       {ExportFormat::raw, "raw", {".raw"}, true, writeRaw},
       {ExportFormat::png, "png", {}, false, writePng},
@@ -169,7 +170,7 @@ ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& p
   const Written written = rowOf(options.format).write(job, path);
   return {.dims = job.box.dims(),
           .channels = job.channels.size(),
-          .type = writtenType(job),
+          .type = written.type.empty() ? writtenType(job) : written.type,
           .bytes = written.bytes,
           .import_flags = importFlags(job, written),
           .notes = written.notes};

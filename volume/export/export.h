@@ -4,11 +4,13 @@
 //   VolumeFile  blocks of a level, packed, empty ones not there
 //       | BoxReader: a piece at a time, dense
 //   planes.h (NRRD, raw, npy, NIfTI, TIFF: pieces at their places), row_reader.h (PNG, gzip: rows in their order),
-//   prism.cpp (bricks in hierarchical Z order) or zarr (chunks of every level)
+//   prism.cpp (bricks in hierarchical Z order), zarr.cpp (chunks of every level) or nano_tree.h
+//   (leaves of a NanoVDB tree)
 //       | OutputFile, OutputFolder: whole or not at all
 //
 // Voxels that are stored come out bit for bit, also those that are empty; the others, which are all empty, as the empty
 // value of their channel (emptyValue(), the data value 0 where that is empty). Runs of zeros become holes of the file.
+// NanoVDB alone says what is empty: there it is not active, and has that value too.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +28,7 @@
 
 namespace blockwalk {
 
-enum class ExportFormat { nrrd, nifti, tiff, zarr, npy, raw, png, prism };
+enum class ExportFormat { nrrd, nifti, tiff, zarr, nanovdb, npy, raw, png, prism };
 
 // By name: "nrrd". By how a file of it is named: "x.nii.gz", "x.TIF"; nothing where no format has such names.
 std::optional<ExportFormat> exportFormat(std::string_view name);
@@ -64,7 +66,8 @@ struct ExportReport {
 std::uint64_t measureExport(const VolumeInfo& info, const ExportOptions& options, const std::string& name);
 
 // Writes `path` under a temporary name and renames it when complete; what fails leaves nothing. A file that is there is
-// replaced, a folder is not. Memory: the level's records, and some 64 MiB whatever the volume's size. Throws DataError
+// replaced, a folder is not. Memory: the level's records, and some 64 MiB whatever the volume's size; for NanoVDB 600
+// bytes more for each cube of 128^3 voxels that holds something, of which there may be 2^20. Throws DataError
 // for what the file or the options get wrong, std::system_error for the disk.
 ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& path, const ExportOptions& options);
 

@@ -57,6 +57,7 @@ struct ValueMap {
 
 struct Written {
   std::uint64_t bytes = 0;  // holes of files too
+  std::string type = {};    // of what is written, where it is not writtenType()
   std::string flags = {};   // of import, to read the same voxels again; what is empty is not among them
   // From stored values to those that whoever reads it gets, of all channels; nothing: each channel's own.
   std::optional<ValueMap> map = ValueMap{};
@@ -73,6 +74,7 @@ Written writeNifti(const ExportJob& job, const std::filesystem::path& path);
 Written writeTiff(const ExportJob& job, const std::filesystem::path& path);
 Written writePng(const ExportJob& job, const std::filesystem::path& path);
 Written writeZarr(const ExportJob& job, const std::filesystem::path& path);
+Written writeNanoVdb(const ExportJob& job, const std::filesystem::path& path);
 
 // The first bytes of a file of which the rest are the voxels, channel after channel.
 std::string nrrdHeader(const ExportJob& job);

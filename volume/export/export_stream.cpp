@@ -31,6 +31,7 @@ ExportStream::ExportStream(const VolumeFile& file, const ExportOptions& options)
     case ExportFormat::nifti:
     case ExportFormat::tiff:
     case ExportFormat::zarr:
+    case ExportFormat::nanovdb:
     case ExportFormat::png:
     case ExportFormat::prism:
       throw ExportError("format", fmt::format("{}: format: nrrd, npy and raw are streamed", file.path().string()));

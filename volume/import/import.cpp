@@ -30,6 +30,7 @@ struct Choices {
 Choices choicesOf(FileKind kind) {
   if (kind == FileKind::zarr || kind == FileKind::zip) return {.level = true, .time = true};
   if (kind == FileKind::hdf5 || kind == FileKind::spimdata) return {.level = true, .time = true, .dataset = true};
+  if (kind == FileKind::vdb || kind == FileKind::nanovdb) return {.dataset = true};
   return {};
 }
 
@@ -57,9 +58,8 @@ std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const I
 }
 
 constexpr std::string_view kKnownFormats =
-    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, JPEG, JPEG 2000, WebP, GIF, Zarr, HDF5, MRC, .vox, KVX, PVM, Amira, "
-    "VGI, ESRF "
-    ".vol, ISQ, AIM, PRISM, IDX";
+    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, JPEG, JPEG 2000, WebP, GIF, Zarr, HDF5, OpenVDB, NanoVDB, MRC, .vox, "
+    "KVX, PVM, Amira, VGI, ESRF .vol, ISQ, AIM, PRISM, IDX";
 
 using Opener = std::unique_ptr<Source> (*)(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 
@@ -98,6 +98,10 @@ Opener openerOf(FileKind kind) {
       return openHdf5;
     case FileKind::spimdata:
       return openSpimData;
+    case FileKind::vdb:
+      return openVdb;
+    case FileKind::nanovdb:
+      return openNanoVdb;
     case FileKind::unknown:
     case FileKind::dicom:
     case FileKind::png:

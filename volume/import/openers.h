@@ -34,6 +34,8 @@ std::unique_ptr<Source> openVox(std::shared_ptr<const InputFile> file, const Imp
 std::unique_ptr<Source> openHdf5(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 // The XML file of BigDataViewer, which names a file of HDF5 in its own folder.
 std::unique_ptr<Source> openSpimData(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openVdb(std::shared_ptr<const InputFile> file, const ImportOptions& options);
+std::unique_ptr<Source> openNanoVdb(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 // A folder, or a zip file.
 std::unique_ptr<Source> openZarr(const std::filesystem::path& path, const ImportOptions& options);
 bool isZarrFolder(const std::filesystem::path& folder);

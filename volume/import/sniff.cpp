@@ -122,6 +122,8 @@ FileKind fileKind(const InputFile& file) {
   if (startsLikeVideo(start)) return FileKind::video;
   if (start.starts_with("\x89HDF\r\n\x1a\n")) return FileKind::hdf5;
   if (start.starts_with("VOX ")) return FileKind::vox;
+  if (start.starts_with(std::string_view(" BDV\0\0\0\0", 8))) return FileKind::vdb;
+  if (start.starts_with("NanoVDB")) return FileKind::nanovdb;
   for (const std::string_view magic : {"PVM\n", "PVM2\n", "PVM3\n", "DDS v3d\n", "DDS v3e\n"}) {
     if (start.starts_with(magic)) return FileKind::pvm;
   }

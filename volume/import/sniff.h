@@ -37,7 +37,9 @@ enum class FileKind {
   pvm,
   kvx,
   hdf5,
-  spimdata
+  spimdata,
+  vdb,
+  nanovdb
 };
 
 FileKind fileKind(const InputFile& file);

@@ -26,6 +26,29 @@ void forEachFlippedBit(const std::string& whole, Visit visit) {
   }
 }
 
+// The same of formats in which one bit makes a volume of any size, of which a large one is only opened; with a bound on
+// memory.
+inline void survivesBreakingInBounds(const Scratch& scratch, const std::string& name, const std::string& bytes) {
+  ImportOptions options;
+  options.memory_bytes = std::uint64_t{64} << 20;
+  const auto outcome = [&](const std::string& other) -> std::optional<std::string> {
+    try {
+      const auto source = openSource({scratch.write(name, other)}, options);
+      const glm::dvec3 dims(source->info().dims);
+      return dims.x * dims.y * dims.z > 1e6 ? "large" : readAll(*source);
+    } catch (const DataError& error) {
+      EXPECT_NE(std::string(error.what()), "");
+      return std::nullopt;
+    }
+  };
+  const auto right = outcome(bytes);
+  ASSERT_TRUE(right.has_value());
+  forEachCut(bytes, [&](const std::string& cut) { EXPECT_EQ(outcome(cut).value_or(*right), *right) << cut.size(); });
+  int read = 0;
+  forEachFlippedBit(bytes, [&](const std::string& broken) { read += outcome(broken) ? 1 : 0; });
+  EXPECT_GT(read, 0);
+}
+
 // Refused, or voxels of some volume, and of a file that is cut off of the same.
 inline void survivesBreaking(const Scratch& scratch, const std::string& name, const std::string& bytes) {
   const auto read = [&](const std::string& other) -> std::optional<std::string> {

@@ -7,6 +7,7 @@
 
 #include "volume/error.h"
 #include "volume/import/slices/picture_file.h"
+#include "volume/volume.h"
 
 namespace blockwalk {
 namespace {
