@@ -66,6 +66,7 @@ struct SourceInfo {
   std::string space = {};        // what its axes are
   std::vector<SourceChannel> channels = std::vector<SourceChannel>(1);  // 1..kMaxChannels, all of `type`
   bool random_access = false;                                           // rows may be asked for in any order
+  bool may_round = false;  // samples are of a type that 32-bit floats do not hold exactly
   std::vector<std::pair<std::string, std::string>> facts = {};  // for the file's metadata: key, and value for people
   std::vector<std::string> notes =
       {};  // for people who import it: what was guessed, missing or passed over; mostly none

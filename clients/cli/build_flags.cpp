@@ -8,6 +8,7 @@
 
 #include "clients/cli/flag_values.h"
 #include "clients/cli/usage_error.h"
+#include "volume/build/fitting_sides.h"
 #include "volume/codec_name.h"
 #include "volume/host_limits.h"
 
@@ -15,7 +16,9 @@ namespace blockwalk {
 
 void BuildFlags::add(CLI::App& command) {
   command.add_option("-o", output, "file to write")->required()->type_name("FILE.bwv");
-  command.add_option("--subblock", subblock_side, "side of a subblock in voxels: 4, 8 or 16 (8)")
+  command
+      .add_option("--subblock", subblock_side,
+                  "side of a subblock in voxels: 4, 8 or 16 (8; 4 where few slices fill it better)")
       ->check(CLI::IsMember({4, 8, 16}));
   command.add_option("--block", block_side, "side of a block in subblocks, 1..6 (6)")
       ->check(CLI::Range(1, kMaxBlockSide));
@@ -27,8 +30,10 @@ void BuildFlags::add(CLI::App& command) {
       ->delimiter(',')
       ->type_name("N[,N...]");
   command
-      .add_option("--codec", codec,
-                  "how voxels are packed: raw, lz4 (reads fastest of the two) or zstd (packs most) (raw)")
+      .add_option(
+          "--codec", codec,
+          "how voxels are packed: raw, lz4 (reads fastest of the two) or zstd (packs most) (raw; lz4 where subblocks "
+          "are half empty for want of slices)")
       ->check(CLI::IsMember({"raw", "lz4", "zstd"}));
   command.add_option("--memory", memory, "memory to stay within, at least 96MiB (half of what is free, 96MiB to 2GiB)")
       ->type_name("SIZE");
@@ -44,19 +49,22 @@ std::uint64_t BuildFlags::memoryBytes() const {
   return bytes;
 }
 
-BuildOptions BuildFlags::options(std::uint64_t memory_bytes) const {
+BuildOptions BuildFlags::options(std::uint64_t memory_bytes, glm::ivec3 dims) const {
   for (const double threshold : empty_thresholds) {
     if (!std::isfinite(threshold)) throw UsageError("--empty: must be finite");
   }
   BuildOptions result;
-  result.subblock_side = subblock_side;
+  result.subblock_side = subblock_side.value_or(fittingSubblockSide(dims));
   result.block_side = block_side;
   result.memory_bytes = memory_bytes;
   result.empty_thresholds = empty_thresholds;
   result.mask_bins = bins == "uniform"    ? MaskBins::uniform
                      : bins == "quantile" ? MaskBins::quantile
                                           : MaskBins::automatic;
-  result.codec = codec == "lz4" ? Codec::lz4 : codec == "zstd" ? Codec::zstd : Codec::raw;
+  // What lies beyond the sides is zeros, which take no place then.
+  const bool is_thin = paddingFactor(dims, result.subblock_side) > 1.5;
+  const std::string packing = codec.value_or(is_thin ? "lz4" : "raw");
+  result.codec = packing == "lz4" ? Codec::lz4 : packing == "zstd" ? Codec::zstd : Codec::raw;
   return result;
 }
 

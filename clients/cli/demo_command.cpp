@@ -20,10 +20,10 @@ struct DemoCommand {
 
   void run() const {
     const auto begun = std::chrono::steady_clock::now();
-    BuildOptions options = build.options(build.memoryBytes());
     std::optional<VoxelType> voxel_type;
     if (!type.empty()) voxel_type = type == "u16" ? VoxelType::u16 : VoxelType::f32;
     const auto source = openDemo(name, size, voxel_type);
+    BuildOptions options = build.options(build.memoryBytes(), source->info().dims);
     BuildReport report;
     {
       Progress progress;

@@ -10,8 +10,10 @@
 #include "clients/cli/commands.h"
 #include "clients/cli/flag_values.h"
 #include "clients/cli/progress.h"
+#include "clients/cli/source_report.h"
 #include "clients/cli/usage_error.h"
 #include "volume/import/import.h"
+#include "volume/import/value_offset.h"
 
 namespace blockwalk {
 namespace {
@@ -34,6 +36,7 @@ struct ImportCommand {
   bool planar = false;
   bool big_endian = false;
   bool verify = false;
+  bool is_dry = false;
   BuildFlags build;
 
   ImportOptions importOptions(std::uint64_t memory_bytes) const {
@@ -64,21 +67,33 @@ struct ImportCommand {
     return options;
   }
 
+  std::vector<std::filesystem::path> paths() const { return {sources.begin(), sources.end()}; }
+
+  // Sets what values are moved by, where that keeps more of them.
+  std::unique_ptr<Source> open(ImportOptions& options) const {
+    auto source = openSource(paths(), options);
+    if (!source->info().may_round) return source;
+    options.value_offset = offsetThatKeeps(*source);
+    return openSource(paths(), options);  // what was read is behind it
+  }
+
   void run() const {
+    if (is_dry) return tell();
+    if (build.output.empty()) throw UsageError("-o: name the volume to make, or ask with --dry-run what it would be");
     const std::uint64_t memory_bytes = build.memoryBytes();
-    const ImportOptions import_options = importOptions(memory_bytes);
-    BuildOptions build_options = build.options(memory_bytes - import_options.memory_bytes);
-    build_options.values = values == "labels"      ? ValuesRule::labels
-                           : values == "intensity" ? ValuesRule::intensity
-                                                   : ValuesRule::guess;
-    const std::vector<std::filesystem::path> paths(sources.begin(), sources.end());
-    for (const auto& path : paths) {
+    ImportOptions import_options = importOptions(memory_bytes);
+    for (const auto& path : paths()) {
       std::error_code absent;
       if (std::filesystem::equivalent(path, build.output, absent)) {
         throw UsageError(fmt::format("-o: {} is a source of this import", build.output));
       }
     }
     const auto begun = std::chrono::steady_clock::now();
+    const auto source = open(import_options);
+    BuildOptions build_options = build.options(memory_bytes - import_options.memory_bytes, source->info().dims);
+    build_options.values = values == "labels"      ? ValuesRule::labels
+                           : values == "intensity" ? ValuesRule::intensity
+                                                   : ValuesRule::guess;
     BuildReport report;
     std::optional<std::uint64_t> verified;
     std::vector<std::string> notes;
@@ -90,18 +105,40 @@ struct ImportCommand {
       if (verify) {
         // Before the file gets its name: what differs from its source must not take the place of what was there.
         build_options.accept = [&](const std::filesystem::path& complete) {
-          verified = verifyVolume(*openSource(paths, import_options), complete, build_options.progress);
+          verified = verifyVolume(*openSource(paths(), import_options), complete, build_options.progress);
         };
       }
-      const auto source = openSource(paths, import_options);
       report = buildVolume(*source, build.output, build_options);
       notes = source->info().notes;  // some are known once all was read
     }
     printBuildReport(report, build.output,
                      std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count());
+    printSource(source->info());
     printValues(report.info);
-    for (const std::string& note : notes) fmt::print("  note               {}\n", note);
+    printNotes(notes, import_options);
     if (verified) fmt::print("  verified           {} voxels\n", *verified);
+  }
+
+  // What it would be, without reading voxels but those that tell how to keep values apart.
+  void tell() const {
+    ImportOptions options = importOptions(build.memoryBytes());
+    const auto source = open(options);
+    const SourceInfo& info = source->info();
+    const std::uint64_t bytes =
+        cellCount(info.dims) * voxelBytes(info.type) * static_cast<std::uint64_t>(info.channels.size());
+    fmt::print("{}: {} x {} x {} voxels of {}{}, {} dense\n", info.name, info.dims.x, info.dims.y, info.dims.z,
+               info.channels.size() > 1 ? fmt::format("{} x ", info.channels.size()) : "", voxelTypeName(info.type),
+               byteText(bytes));
+    printSource(info);
+    printNotes(info.notes, options);
+  }
+
+  static void printNotes(const std::vector<std::string>& notes, const ImportOptions& options) {
+    if (options.value_offset) {
+      fmt::print("  note               samples are stored less {}, which 32-bit floats would round otherwise\n",
+                 *options.value_offset);
+    }
+    for (const std::string& note : notes) fmt::print("  note               {}\n", note);
   }
 
   // Says what was guessed, and what that means, where it matters.
@@ -164,7 +201,9 @@ void addImportCommand(CLI::App& app) {
       ->type_name("N|UID");
   command->add_flag("--planar", import->planar, "raw: channel after channel instead of voxel after voxel");
   command->add_flag("--verify", import->verify, "read everything back and compare every voxel");
+  command->add_flag("--dry-run", import->is_dry, "tell what would be imported, and write nothing");
   import->build.add(*command);
+  command->get_option("-o")->required(false);
   command->callback([import] { import->run(); });
 }
 

@@ -216,6 +216,38 @@ TEST(RoundTrip, BuildParametersAndDataFormsAreKept) {
   EXPECT_THAT(outcome.error, HasSubstr("verify: ")) << "one line a step where there is no terminal";
 }
 
+TEST(RoundTrip, ADryRunTellsAndWritesNothing) {
+  const Workplace place;
+  place.write("data.raw", ballVoxels<std::uint8_t>(100, 0));
+  place.write("head.nhdr",
+              "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 20 16 12\nspace: left-posterior-superior\n"
+              "space directions: (2,0,0) (0,2,0) (0,0,3)\nspace units: \"mm\" \"mm\" \"mm\"\nencoding: raw\n"
+              "data file: data.raw\n");
+  const Outcome outcome = place.run("import head.nhdr --dry-run -o out.bwv");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.error;
+  for (const char* line :
+       {"head.nhdr: 20 x 16 x 12 voxels of u8, 3.75 KiB dense", "spacing            2 x 2 x 3 mm",
+        "first corner       0 0 0", "space              left-posterior-superior", "format             nrrd"}) {
+    EXPECT_THAT(outcome.out, HasSubstr(line));
+  }
+  EXPECT_FALSE(std::filesystem::exists(place.path("out.bwv")));
+  EXPECT_EQ(place.run("import absent.nhdr --dry-run").exit_code, 1);
+}
+
+// 32-bit integers near two thousand millions.
+TEST(RoundTrip, ValuesFarFromZeroKeepTheirDifferences) {
+  const Workplace place;
+  std::vector<std::int32_t> values(20 * 16 * 12);
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = 2'000'000'001 + static_cast<std::int32_t>(i % 97);
+  place.write("a.raw", std::string(reinterpret_cast<const char*>(values.data()), values.size() * 4));
+  const Outcome outcome = place.run("import a.raw --dims 20x16x12 --type i32 -o out.bwv --verify");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.error;
+  EXPECT_THAT(outcome.out, HasSubstr("samples are stored less 20000000"));
+  const json info = infoOf(place, "out.bwv");
+  EXPECT_EQ(info["density_range"], json({2'000'000'001, 2'000'000'097}));
+  EXPECT_EQ(info["largest_rounding"], 0);
+}
+
 // Strips of 16 x 16 rows of four channels take more than half of what the limit leaves, and much less than 2 GiB.
 TEST(RoundTrip, TakesHalfOfWhatIsFreeWhereNoMemoryIsTold) {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)

@@ -35,6 +35,8 @@ struct ImportOptions {
   std::optional<int> level;                // OME-Zarr, HDF5: 0 is the finest
   std::optional<int> time;                 // Zarr, HDF5: step in time; the first where there is none
   std::optional<std::string> dataset;      // of a file with several: by its path or name
+  // Taken off every sample that 32-bit floats may not hold exactly, before it becomes one (value_offset.h).
+  std::optional<double> value_offset;
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
 };
 

@@ -27,7 +27,9 @@ bool becomesColor(const SampleFormat& format, bool is_color, const ImportOptions
 std::vector<VoxelConverter> fieldConverters(SampleFormat format, std::size_t count, const ImportOptions& options,
                                             const std::string& source) {
   format.channels = 1;
-  return std::vector<VoxelConverter>(count, VoxelConverter(format, options.density, source));
+  VoxelConverter converter(format, options.density, source);
+  if (options.value_offset) converter.moveBy(*options.value_offset);
+  return std::vector<VoxelConverter>(count, converter);
 }
 
 // Sample `index` of every voxel, one after the other.
@@ -46,6 +48,7 @@ ChannelConverter::ChannelConverter(const SampleFormat& format, bool is_color, co
     : format_(format) {
   if (becomesColor(format, is_color, options, source)) {
     converters_.emplace_back(format, options.density, source);
+    if (options.value_offset) converters_.back().moveBy(*options.value_offset);
   } else {
     converters_ = fieldConverters(format, static_cast<std::size_t>(format.channels), options, source);
   }
@@ -69,6 +72,7 @@ ChannelConverter ChannelConverter::anew() const {
 
 void ChannelConverter::describe(SourceInfo& info, const ImportOptions& options) const {
   info.type = converters_[0].voxelType();
+  info.may_round = converters_[0].mayRound();
   info.channels.assign(
       channels(),
       {.name = {}, .value_scale = converters_[0].valueScale(), .value_offset = converters_[0].valueOffset()});

@@ -82,6 +82,24 @@ VoxelConverter::VoxelConverter(const SampleFormat& format, DensityRule rule, con
   if (rule == DensityRule::automatic) rule_ = has_alpha ? DensityRule::alpha : DensityRule::max;
 }
 
+bool VoxelConverter::mayRound() const {
+  if (format_.channels > 1) return false;
+  switch (format_.type) {
+    case SampleType::u32:
+    case SampleType::i32:
+    case SampleType::u64:
+    case SampleType::i64:
+    case SampleType::f64:
+      return true;
+    default:
+      return false;
+  }
+}
+
+void VoxelConverter::moveBy(double offset) {
+  if (mayRound()) moved_by_ = value_offset_ = offset;
+}
+
 void VoxelConverter::convert(std::span<std::byte> samples, std::span<std::byte> voxels) {
   BLOCKWALK_CHECK(samples.size() / format_.voxelBytes(), ==, voxels.size() / voxelBytes(type_));
   if (format_.swap_bytes) swapSamples(samples, sampleBytes(format_.type));
@@ -139,11 +157,12 @@ template <typename T>
 void VoxelConverter::convertToFloat(std::span<const std::byte> samples, std::span<std::byte> voxels) {
   for (std::size_t i = 0; i < samples.size() / sizeof(T); ++i) {
     const T sample = load<T>(samples, i);
-    const float stored = static_cast<float>(sample);
+    // long double holds every 64-bit integer, so the difference is the rounding and nothing else.
+    const long double moved = static_cast<long double>(sample) - static_cast<long double>(moved_by_);
+    const float stored = static_cast<float>(moved);
     std::memcpy(voxels.data() + i * sizeof(float), &stored, sizeof stored);
     if (std::isfinite(stored)) {
-      // long double holds every 64-bit integer, so the difference is the rounding and nothing else.
-      const long double rounding = std::fabs(static_cast<long double>(sample) - static_cast<long double>(stored));
+      const long double rounding = std::fabs(moved - static_cast<long double>(stored));
       report_.largest_rounding = std::max(report_.largest_rounding, static_cast<double>(rounding));
     } else if (std::isfinite(static_cast<double>(sample))) {
       failData("{}: value {} lies beyond what 32-bit floats hold", source_, static_cast<double>(sample));

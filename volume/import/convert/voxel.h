@@ -24,7 +24,12 @@ class VoxelConverter {
   // density rule on scalars.
   VoxelConverter(const SampleFormat& format, DensityRule rule, const std::string& source);
 
+  // Takes `offset` off every sample before it becomes a float; of types that may be rounded alone, others stay.
+  void moveBy(double offset);
+
   VoxelType voxelType() const { return type_; }
+  // Single values of 32-bit and 64-bit integers and 64-bit floats.
+  bool mayRound() const;
   // sample = offset + scale * stored; the scale is 1, or -1 where samples descend.
   double valueOffset() const { return value_offset_; }
   double valueScale() const { return format_.descending ? -1 : 1; }
@@ -49,6 +54,7 @@ class VoxelConverter {
   std::string source_;
   VoxelType type_ = VoxelType::u8;
   double value_offset_ = 0;
+  double moved_by_ = 0;
   ConversionReport report_;
 };
 
