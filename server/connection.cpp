@@ -274,6 +274,11 @@ asio::awaitable<HttpReply> Connection::answerRegion(const HttpRequest& request, 
   reply.fields.emplace_back("ETag", job.etag);
   reply.fields.emplace_back("Cache-Control", "no-cache");
   const std::string name = fmt::format("{}.{}", order.id, order.request.format);  // an id needs no escapes
+  if (order.request.format == "raw") {
+    reply.fields.emplace_back("X-Blockwalk-Raw", writeJson({{"dims", {opened.dims.x, opened.dims.y, opened.dims.z}},
+                                                            {"channels", opened.channels},
+                                                            {"type", opened.type}}));
+  }
   reply.fields.emplace_back("Content-Disposition", fmt::format("attachment; filename=\"{}\"", name));
   if (!reply.omit_body) region_ = std::move(opened.region);
   co_return reply;
@@ -313,15 +318,18 @@ asio::awaitable<error_code> Connection::sendBytes(std::span<const std::byte> byt
 asio::awaitable<error_code> Connection::sendRegion(std::uint64_t bytes) {
   const std::shared_ptr<Region> region = std::move(region_);
   error_code error;
+  std::optional<SendWatch> watch;
   while (bytes > 0 && !error) {
+    // Who has taken all is not watched while the next piece is read; who has not goes on to be.
+    if (stream_.unsentBytes() == 0) watch.reset();
     const RegionPiece piece = co_await services_.regions.next(region);
     if (piece.error || piece.bytes.empty() || piece.bytes.size() > bytes) {
       spdlog::error("a region ends early: {}", piece.error ? reasonOf(piece.error) : "it has another length");
       stream_.close();
       co_return asio::error::operation_aborted;
     }
-    SendWatch watch(stream_, sendBounds(options_));
-    error = co_await sendBytes(piece.bytes, watch);
+    if (!watch) watch.emplace(stream_, sendBounds(options_));
+    error = co_await sendBytes(piece.bytes, *watch);
     bytes -= piece.bytes.size();
   }
   co_return error;

@@ -57,8 +57,8 @@ struct SourceChannel {
 struct SourceInfo {
   std::string name;    // for people and messages: file name without folders
   std::string format;  // "raw", "nrrd", "metaimage", "nifti", "dicom", "png", "tiff", "pictures", "prism", "idx",
-                       // "zarr", "hdf5", "vdb", "nanovdb", "mrc", "vox", "kvx", "pvm", "amira", "vgi", "esrf", "isq",
-                       // "aim", "demo"
+                       // "zarr", "hdf5", "vdb", "nanovdb", "npy", "mrc", "vox", "kvx", "pvm", "amira", "vgi", "esrf",
+                       // "isq", "aim", "demo"
   VoxelType type = VoxelType::u8;
   glm::ivec3 dims{0};
   glm::dmat4 world_from_index{1.0};

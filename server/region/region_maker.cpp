@@ -6,7 +6,9 @@
 
 #include "protocol/problem.h"
 #include "server/base/file_look.h"
+#include "server/base/volume_error.h"
 #include "server/render/await_result.h"
+#include "server/render/render_thread.h"
 #include "view/view.h"
 #include "volume/export/export_stream.h"
 #include "volume/file/file.h"
@@ -45,7 +47,7 @@ class Region {
     requireIdentity(order);  // looked at when it is open: another one under its name would have been opened
   }
 
-  std::uint64_t bytes() const { return stream_.bytes(); }
+  const ExportStream& stream() const { return stream_; }
   std::vector<std::byte> next() { return stream_.next(); }
 
  private:
@@ -79,7 +81,15 @@ OpenedRegion openRegion(const RegionOrder& order) noexcept {
   try {
     requireIdentity(order);
     opened.region = std::make_shared<Region>(order);
-    opened.bytes = opened.region->bytes();
+    const ExportStream& stream = opened.region->stream();
+    opened.bytes = stream.bytes();
+    opened.dims = stream.dims();
+    opened.channels = stream.channels();
+    opened.type = stream.type();
+  } catch (const ProblemError&) {
+    opened.error = std::current_exception();
+  } catch (const DataError& error) {
+    opened.error = std::make_exception_ptr(VolumeError(withoutFolder(error.what(), order.file)));
   } catch (...) {
     opened.error = std::current_exception();
   }

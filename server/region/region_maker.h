@@ -36,6 +36,10 @@ class Region;  // a reply under way
 struct OpenedRegion {
   std::shared_ptr<Region> region;
   std::uint64_t bytes = 0;
+  // What the voxels are: sides, channels one after the other, type: u8, i8, u16, i16, f32 or rgba8.
+  glm::ivec3 dims{0};
+  std::size_t channels = 1;
+  std::string type;
   std::exception_ptr error;
 };
 

@@ -33,6 +33,12 @@ std::string mrc(std::uint32_t mode, std::size_t voxel_bytes) {
   return header + std::string(24 * voxel_bytes, 'm');
 }
 
+std::string npy(const std::string& type, const std::string& shape, std::size_t bytes) {
+  std::string text = "{'descr': '" + type + "', 'fortran_order': False, 'shape': " + shape + ", }";
+  text += std::string(63 - text.size() % 64, ' ') + "\n";
+  return std::string("\x93NUMPY\1\0", 8) + static_cast<char>(text.size()) + '\0' + text + std::string(bytes, 'n');
+}
+
 std::string chunk(const std::string& id, const std::string& content) {
   return id + words({static_cast<std::uint32_t>(content.size()), 0}) + content;
 }

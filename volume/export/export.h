@@ -66,7 +66,7 @@ struct ExportReport {
 std::uint64_t measureExport(const VolumeInfo& info, const ExportOptions& options, const std::string& name);
 
 // Writes `path` under a temporary name and renames it when complete; what fails leaves nothing. A file that is there is
-// replaced, a folder is not. Memory: the level's records, and some 64 MiB whatever the volume's size; for NanoVDB 600
+// replaced, a folder is not. Memory: the level's records, and some 64 MiB whatever the volume's size; for NanoVDB 1200
 // bytes more for each cube of 128^3 voxels that holds something, of which there may be 2^20. Throws DataError
 // for what the file or the options get wrong, std::system_error for the disk.
 ExportReport exportVolume(const VolumeFile& file, const std::filesystem::path& path, const ExportOptions& options);

@@ -64,9 +64,10 @@ void noteNames(const ExportJob& job, std::vector<std::string>& notes) {
   bool has_names = !metadata.length_unit.empty() || !metadata.space.empty();
   for (std::size_t i = 0; i < job.channels.size(); ++i) {
     const ChannelInfo& channel = job.channel(i);
-    has_names = has_names || !channel.unit.empty() || (job.channels.size() > 1 && !channel.name.empty());
+    has_names = has_names || !channel.unit.empty() || channel.color || channel.window || !channel.labels.empty() ||
+                (job.channels.size() > 1 && !channel.name.empty());
   }
-  if (has_names) notes.emplace_back("units and names are not kept");
+  if (has_names) notes.emplace_back("units, names and colours are not kept");
 }
 
 void noteChannelNames(const ExportJob& job, std::vector<std::string>& notes) {

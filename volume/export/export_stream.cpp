@@ -42,6 +42,10 @@ ExportStream::~ExportStream() = default;
 
 std::uint64_t ExportStream::bytes() const { return header_.size() + planesBytes(*job_); }
 
+glm::ivec3 ExportStream::dims() const { return job_->box.dims(); }
+std::size_t ExportStream::channels() const { return job_->channels.size(); }
+std::string ExportStream::type() const { return writtenType(*job_); }
+
 std::vector<std::byte> ExportStream::next() {
   if (!std::exchange(has_begun_, true) && !header_.empty()) {
     const auto header = std::as_bytes(std::span(header_));

@@ -26,6 +26,10 @@ class ExportStream {
   ExportStream& operator=(const ExportStream&) = delete;
 
   std::uint64_t bytes() const;
+  // Sides of the box, channels, and the type of a voxel as `blockwalk import --type` spells it.
+  glm::ivec3 dims() const;
+  std::size_t channels() const;
+  std::string type() const;
   // The next bytes, a MiB or one row; none at the end. Throws what VolumeFile throws.
   std::vector<std::byte> next();
 

@@ -61,8 +61,9 @@ class GridWriter {
       : job_(job), name_(std::move(name)), number_(channel), reader_(job, channel), file_(file) {}
 
   // Leaves those of the nodes that hold something.
-  void count(std::vector<NanoLower> candidates, const std::function<void()>& step) {
-    for (NanoLower& node : candidates) {
+  void count(const std::vector<NanoLower>& candidates, const std::function<void()>& step) {
+    nodes_.reserve(candidates.size());
+    for (const NanoLower& node : candidates) {
       NanoLower counted;
       counted.cell = node.cell;
       counted.first_leaf = leaf_count_;
@@ -116,7 +117,7 @@ class GridWriter {
     fields.putVector(nano::record::kWorldBox + 24, world.max);
     fields.putVector(nano::record::kIndexBox, extent_.least);
     fields.putVector(nano::record::kIndexBox + 12, extent_.greatest);
-    fields.putVector(nano::record::kVoxelSize, voxelSize());
+    fields.putVector(nano::record::kVoxelSize, job_.spacing());
     fields.put(nano::record::kNameBytes, static_cast<std::uint32_t>(name_.size() + 1));
     putCounts(fields, nano::record::kNodeCounts);
     fields.put(nano::record::kNodeCounts + 12, std::uint32_t{1});
@@ -153,10 +154,6 @@ class GridWriter {
     glm::dmat4 place = job_.world_from_index;
     place[3] += 0.5 * (place[0] + place[1] + place[2]);
     return place;
-  }
-  glm::dvec3 voxelSize() const {
-    const glm::dmat4& place = job_.world_from_index;
-    return {glm::length(glm::dvec3(place[0])), glm::length(glm::dvec3(place[1])), glm::length(glm::dvec3(place[2]))};
   }
   WorldBox worldBoxOf() const {
     WorldBox world{.min = glm::dvec3(HUGE_VAL), .max = glm::dvec3(-HUGE_VAL)};
@@ -208,7 +205,7 @@ class GridWriter {
     const WorldBox world = worldBoxOf();
     fields.putVector(nano::grid::kWorldBox, world.min);
     fields.putVector(nano::grid::kWorldBox + 24, world.max);
-    fields.putVector(nano::grid::kVoxelSize, voxelSize());
+    fields.putVector(nano::grid::kVoxelSize, job_.spacing());
     fields.put(nano::grid::kClass, gridClass());
     fields.put(nano::grid::kType, static_cast<std::uint32_t>(type()));
     fields.put(nano::grid::kBlindOffset, gridBytes());
@@ -317,8 +314,8 @@ class GridWriter {
 
 // Of one channel "density", of several their own, or their numbers.
 std::string gridName(const ExportJob& job, std::size_t channel) {
-  if (job.channels.size() == 1) return job.type() == VoxelType::rgba8 ? "color" : "density";
   const std::string& name = job.channel(channel).name;
+  if (name.empty() && job.channels.size() == 1) return job.type() == VoxelType::rgba8 ? "color" : "density";
   return name.empty() ? fmt::format("channel {}", job.channels[channel]) : name;
 }
 
@@ -326,8 +323,10 @@ std::string gridName(const ExportJob& job, std::size_t channel) {
 void noteNanoVdbLosses(const ExportJob& job, std::vector<std::string>& notes) {
   const Metadata& metadata = job.file.info().metadata;
   bool has_units = !metadata.length_unit.empty() || !metadata.space.empty();
+  bool has_colors = false;
   for (std::size_t i = 0; i < job.channels.size(); ++i) {
     const ChannelInfo& channel = job.channel(i);
+    has_colors = has_colors || channel.color || channel.window || !channel.labels.empty();
     has_units = has_units || !channel.unit.empty();
     // Whole numbers move up and down exactly.
     if (channel.value_scale == 1 && channel.value_offset == std::floor(channel.value_offset)) continue;
@@ -335,6 +334,7 @@ void noteNanoVdbLosses(const ExportJob& job, std::vector<std::string>& notes) {
                                 job.channels[i], channel.value_offset, channel.value_scale));
   }
   if (has_units) notes.emplace_back("units are not kept");
+  if (has_colors) notes.emplace_back("colours and windows of channels and names of labels are not kept");
 }
 
 }  // namespace

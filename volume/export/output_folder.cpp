@@ -44,6 +44,13 @@ OutputFolder::~OutputFolder() {
 }
 
 void OutputFolder::commit() {
+  // All that was written into it at once: its files need not be synced one by one.
+  const int inside = ::open(partial_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (inside < 0) failSystem(errno, partial_, "cannot be opened");
+  const int synced = ::syncfs(inside);
+  const int error = errno;
+  ::close(inside);
+  if (synced != 0) failSystem(error, partial_, "cannot be written to the disk");
   // Whoever was faster keeps the name; file systems that cannot tell are asked the plain way.
   int renamed = ::renameat2(AT_FDCWD, partial_.c_str(), AT_FDCWD, path_.c_str(), RENAME_NOREPLACE);
   if (renamed != 0 && errno == EINVAL) renamed = ::rename(partial_.c_str(), path_.c_str());

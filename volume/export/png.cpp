@@ -3,11 +3,13 @@
 #include <png.h>
 
 #include <array>
+#include <cerrno>
 #include <csetjmp>
+#include <cstdio>
 #include <memory>
 #include <string>
+#include <system_error>
 
-#include "volume/build/storage.h"
 #include "volume/error.h"
 #include "volume/export/export_job.h"
 #include "volume/export/output_folder.h"
@@ -18,29 +20,31 @@ namespace {
 
 constexpr int kPngLevel = 3;
 
+struct CloseFile {
+  void operator()(std::FILE* file) const { std::fclose(file); }
+};
+
 // libpng reports by a jump, over which no object may lie; what went wrong is kept for afterwards.
 struct PngSink {
-  OutputFile* file = nullptr;
+  std::FILE* file = nullptr;
   std::uint64_t bytes = 0;
-  std::exception_ptr failure = nullptr;
+  int failure = 0;  // errno
 };
 
 void sinkWrite(png_structp png, png_bytep data, png_size_t length) {
   auto* sink = static_cast<PngSink*>(png_get_io_ptr(png));
-  try {
-    sink->file->write(sink->bytes, std::as_bytes(std::span(data, length)));
-    sink->bytes += length;
-  } catch (...) {
-    sink->failure = std::current_exception();
+  if (std::fwrite(data, 1, length, sink->file) != length) {
+    sink->failure = errno != 0 ? errno : EIO;
+    png_error(png, "write");
   }
-  if (sink->failure) png_error(png, "write");
+  sink->bytes += length;
 }
 
 void sinkFlush(png_structp) {}
 
 class PngWriter {
  public:
-  PngWriter(PngSink& sink, const ExportJob& job)
+  explicit PngWriter(PngSink& sink)
       : sink_(sink), png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, nullptr, nullptr, nullptr)) {
     if (png_ != nullptr) info_ = png_create_info_struct(png_);
     if (info_ == nullptr) {
@@ -48,6 +52,12 @@ class PngWriter {
       throw std::bad_alloc();
     }
     png_set_write_fn(png_, &sink_, sinkWrite, sinkFlush);
+  }
+  ~PngWriter() { png_destroy_write_struct(&png_, &info_); }
+  PngWriter(const PngWriter&) = delete;
+  PngWriter& operator=(const PngWriter&) = delete;
+
+  void begin(const ExportJob& job) {
     const glm::ivec3 dims = job.box.dims();
     const bool is_color = job.type() == VoxelType::rgba8;
     const bool is_wide = job.type() == VoxelType::u16;
@@ -60,10 +70,6 @@ class PngWriter {
       if (is_wide) png_set_swap(png_);
     });
   }
-  ~PngWriter() { png_destroy_write_struct(&png_, &info_); }
-  PngWriter(const PngWriter&) = delete;
-  PngWriter& operator=(const PngWriter&) = delete;
-
   void write(std::span<const std::byte> rows, std::size_t row_bytes) {
     guarded([&] {
       for (std::size_t at = 0; at < rows.size(); at += row_bytes) {
@@ -79,7 +85,8 @@ class PngWriter {
   template <typename Work>
   void guarded(const Work& work) {
     if (setjmp(png_jmpbuf(png_)) != 0) {  // NOLINT(cert-err52-cpp): libpng has no other way
-      if (sink_.failure) std::rethrow_exception(sink_.failure);
+      if (sink_.failure != 0)
+        throw std::system_error(sink_.failure, std::generic_category(), "a slice cannot be written");
       failData("PNG: libpng refuses what is written");
     }
     work();
@@ -101,16 +108,19 @@ Written writePng(const ExportJob& job, const std::filesystem::path& path) {
   const std::size_t row_bytes = static_cast<std::size_t>(dims.x) * voxelBytes(job.type());
   Written written;
   for (int z = 0; z < dims.z; ++z) {
-    OutputFile file(folder.partialPath() / fmt::format("slice_{:05}.png", z));
-    PngSink sink{.file = &file};
+    const auto path_of_slice = folder.partialPath() / fmt::format("slice_{:05}.png", z);
+    const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path_of_slice.c_str(), "wb"));
+    if (!file) throw std::system_error(errno, std::generic_category(), path_of_slice.string());
+    PngSink sink{.file = file.get()};
     {
-      PngWriter writer(sink, job);
+      PngWriter writer(sink);
+      writer.begin(job);
       for (int y = 0; y < dims.y; y += reader.rowsAt(y)) {
         writer.write(reader.rows(0, z, y, reader.rowsAt(y)), row_bytes);
       }
       writer.end();
     }
-    file.commit();
+    if (std::fflush(file.get()) != 0) throw std::system_error(errno, std::generic_category(), path_of_slice.string());
     written.bytes += sink.bytes;
     if (job.progress) job.progress("write", static_cast<std::uint64_t>(z) + 1, static_cast<std::uint64_t>(dims.z));
   }

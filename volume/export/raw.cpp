@@ -13,10 +13,11 @@ Written writeVoxels(const ExportJob& job, const std::string& header, const std::
   const glm::ivec3 dims = job.box.dims();
   const glm::dvec3 spacing = job.spacing();
   Written written{.bytes = writePlanes(job, {.header = header}, path)};
-  written.flags = fmt::format("--dims {}x{}x{} --type {} --spacing {},{},{}", dims.x, dims.y, dims.z, writtenType(job),
-                              spacing.x, spacing.y, spacing.z);
-  if (!header.empty()) written.flags += fmt::format(" --skip {}", header.size());
-  if (job.channels.size() > 1) written.flags += fmt::format(" --channels {} --planar", job.channels.size());
+  written.flags = fmt::format("--spacing {},{},{}", spacing.x, spacing.y, spacing.z);
+  if (header.empty()) {
+    written.flags += fmt::format(" --dims {}x{}x{} --type {}", dims.x, dims.y, dims.z, writtenType(job));
+    if (job.channels.size() > 1) written.flags += fmt::format(" --channels {} --planar", job.channels.size());
+  }
   noteSpacingAlone(job, written.notes);
   noteStoredValues(job, written.notes);
   noteNames(job, written.notes);

@@ -58,7 +58,8 @@ std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const I
 }
 
 constexpr std::string_view kKnownFormats =
-    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, JPEG, JPEG 2000, WebP, GIF, Zarr, HDF5, OpenVDB, NanoVDB, MRC, .vox, "
+    "NRRD, MetaImage, NIfTI, DICOM, PNG, TIFF, JPEG, JPEG 2000, WebP, GIF, Zarr, HDF5, OpenVDB, NanoVDB, npy, MRC, "
+    ".vox, "
     "KVX, PVM, Amira, VGI, ESRF .vol, ISQ, AIM, PRISM, IDX";
 
 using Opener = std::unique_ptr<Source> (*)(std::shared_ptr<const InputFile> file, const ImportOptions& options);
@@ -76,6 +77,8 @@ Opener openerOf(FileKind kind) {
       return openPrism;
     case FileKind::idx:
       return openIdx;
+    case FileKind::npy:
+      return openNpy;
     case FileKind::mrc:
       return openMrc;
     case FileKind::vox:

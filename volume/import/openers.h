@@ -22,6 +22,7 @@ std::unique_ptr<Source> openIdx(std::shared_ptr<const InputFile> file, const Imp
 // The file is the folder's metadata.json.
 std::unique_ptr<Source> openPrism(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 
+std::unique_ptr<Source> openNpy(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openMrc(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openIsq(std::shared_ptr<const InputFile> file, const ImportOptions& options);
 std::unique_ptr<Source> openAim(std::shared_ptr<const InputFile> file, const ImportOptions& options);

@@ -121,6 +121,7 @@ FileKind fileKind(const InputFile& file) {
   if (start.size() >= 12 && start.starts_with("RIFF") && start.substr(8, 4) == "WEBP") return FileKind::webp;
   if (startsLikeVideo(start)) return FileKind::video;
   if (start.starts_with("\x89HDF\r\n\x1a\n")) return FileKind::hdf5;
+  if (start.starts_with("\x93NUMPY")) return FileKind::npy;
   if (start.starts_with("VOX ")) return FileKind::vox;
   if (start.starts_with(std::string_view(" BDV\0\0\0\0", 8))) return FileKind::vdb;
   if (start.starts_with("NanoVDB")) return FileKind::nanovdb;

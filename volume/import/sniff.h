@@ -27,6 +27,7 @@ enum class FileKind {
   idx,
   zarr,
   zip,
+  npy,
   mrc,
   vox,
   amira,

@@ -41,6 +41,8 @@ TEST(Region, IsWhatAnExportIs) {
               exported(smoke, {.format = ExportFormat::npy, .level = 1, .box = VoxelBox{{1, 2, 3}, {9, 12, 11}}}));
   const auto raw = get(server.port(), std::string(kRegion) + "?format=raw&box=0,0,0,2,3,4");
   EXPECT_EQ(raw.body.size(), 2u * 3 * 4 * 4);
+  EXPECT_EQ(nlohmann::json::parse(raw.fields.at("x-blockwalk-raw")),
+            nlohmann::json::parse(R"({"dims":[2,3,4],"channels":1,"type":"rgba8"})"));
 }
 
 TEST(Region, IsNotSentAgainToWhoHasIt) {

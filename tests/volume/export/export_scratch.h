@@ -57,8 +57,6 @@ inline ImportFlags readFlags(const std::string& text) {
       } else {
         flags.source.raw_channels = std::stoi(word);
       }
-    } else if (word == "--skip") {
-      words >> flags.source.skip_bytes;
     } else if (word == "--planar") {
       flags.source.planar = true;
     } else if (word == "--empty") {

@@ -141,7 +141,7 @@ TEST_P(FormatShapes, ZarrHasTheCoarserLevels) {
 }
 
 TEST_P(FormatShapes, NpyKeepsVoxelsBehindTheirShape) {
-  MemorySource source = random("out.npy", "raw");
+  MemorySource source = random("out.npy", "npy");
   source.change().world_from_index =
       glm::dmat4(glm::dvec4(0.7, 0, 0, 0), glm::dvec4(0, 0.1, 0, 0), glm::dvec4(0, 0, 3, 0), glm::dvec4(0, 0, 0, 1));
   build(source);

@@ -3,15 +3,14 @@
 #include <array>
 
 #include "volume/error.h"
+#include "volume/import/child_bounds.h"
 #include "volume/import/dicom/dicom_frames.h"
 
 #ifdef BLOCKWALK_GDCM
-#include <fcntl.h>
 #include <gdcmImage.h>
 #include <gdcmSequenceOfFragments.h>
 #include <gdcmTrace.h>
 #include <sys/mman.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -19,7 +18,6 @@
 #include <cerrno>
 #include <cstring>
 #include <exception>
-#include <fstream>
 
 namespace blockwalk {
 namespace {
@@ -74,23 +72,12 @@ class SharedBytes {
   void* at_;
 };
 
-std::uint64_t addressSpaceBytes() {
-  std::uint64_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
-  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-}
-
 // What broken data does to the codecs, an assertion or worse, it does to a process of its own.
 [[noreturn]] void unpackAndExit(const DicomImage& image, std::span<const std::byte> packed, std::span<std::byte> out,
-                                std::uint64_t most_bytes) {
-  const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
-  const rlimit memory{most_bytes, most_bytes};
-  setrlimit(RLIMIT_AS, &memory);
+                                pid_t parent, std::uint64_t most_bytes) {
+  boundChild(parent, most_bytes);
   constexpr unsigned kMostSeconds = 120;
   alarm(kMostSeconds);
-  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
   bool done = false;
   try {
     gdcm::Trace::WarningOff();
@@ -117,10 +104,11 @@ void unpackDicomFrame(const DicomImage& image, std::span<const std::byte> packed
                       std::uint64_t memory_bytes) {
   const SharedBytes shared(out.size());
   constexpr std::uint64_t kCodecBytes = std::uint64_t{64} << 20;
-  const std::uint64_t most_bytes = addressSpaceBytes() + memory_bytes + kCodecBytes;
+  const std::uint64_t most_bytes = usedAddressSpace() + memory_bytes + kCodecBytes;
+  const pid_t parent = getpid();
   const pid_t child = shared.isThere() ? fork() : -1;
   if (child < 0) failData("{}: PixelData: no process to unpack a frame: {}", image.name, std::strerror(errno));
-  if (child == 0) unpackAndExit(image, packed, shared.get(), most_bytes);
+  if (child == 0) unpackAndExit(image, packed, shared.get(), parent, most_bytes);
   int status = 0;
   while (waitpid(child, &status, 0) < 0 && errno == EINTR) continue;
   if (!WIFEXITED(status) || WEXITSTATUS(status) != 0) {

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <pugixml.hpp>
-#include <set>
 #include <string_view>
 
 #include "volume/error.h"
@@ -15,7 +14,6 @@ namespace blockwalk {
 namespace {
 
 constexpr std::uint64_t kMostXmlBytes = std::uint64_t{64} << 20;
-constexpr std::int64_t kMostTimes = 1000000;
 
 std::vector<double> realsOf(std::string_view text) {
   std::vector<double> reals;
@@ -77,34 +75,6 @@ BdvSetup setupOf(const pugi::xml_node& node, const pugi::xml_node& list) {
   return setup;
 }
 
-// A range, or numbers with ranges between them: "0-3,5" or a list of places with a step, "0-20:2".
-void readTimes(const pugi::xml_node& node, BdvDescription& description) {
-  std::set<int> times;
-  const std::string_view type = node.attribute("type").value();
-  const auto add = [&](std::int64_t first, std::int64_t last, std::int64_t step) {
-    if (first < 0 || last < first || last - first > kMostTimes || last > INT32_MAX || step < 1) {
-      failData("{}: Timepoints {}..{} in steps of {} are no times", description.file, first, last, step);
-    }
-    for (std::int64_t time = first; time <= last; time += step) times.insert(static_cast<int>(time));
-  };
-  if (type == "range") {
-    add(node.child("first").text().as_llong(), node.child("last").text().as_llong(), 1);
-  } else {
-    std::string pattern = node.child("integerpattern").text().get();
-    std::ranges::replace(pattern, ',', ' ');
-    for (const std::string_view word : words(pattern)) {
-      const std::size_t colon = std::min(word.find(':'), word.size());
-      const std::size_t dash = std::min(word.find('-'), colon);
-      const auto first = parseInteger(word.substr(0, dash));
-      const auto last = dash < colon ? parseInteger(word.substr(dash + 1, colon - dash - 1)) : first;
-      const auto step = colon < word.size() ? parseInteger(word.substr(colon + 1)) : std::optional<std::int64_t>(1);
-      if (!first || !last || !step) failData("{}: Timepoints '{}' are no times", description.file, word);
-      add(*first, *last, *step);
-    }
-  }
-  description.times.assign(times.begin(), times.end());
-}
-
 void readLoader(const pugi::xml_node& loader, BdvDescription& description) {
   const std::string format = loader.attribute("format").value();
   const pugi::xml_node data = loader.child("hdf5");
@@ -136,7 +106,6 @@ BdvDescription readBdvDescription(const InputFile& file) {
   if (!result || !root) failData("{}: is no XML of SpimData: {}", file.name(), result.description());
   const pugi::xml_node sequence = root.child("SequenceDescription");
   readLoader(sequence.child("ImageLoader"), description);
-  readTimes(sequence.child("Timepoints"), description);
   const pugi::xml_node list = sequence.child("ViewSetups");
   for (const pugi::xml_node& node : list.children("ViewSetup")) description.setups.push_back(setupOf(node, list));
   std::ranges::sort(description.setups, {}, &BdvSetup::id);

@@ -31,7 +31,6 @@ struct BdvDescription {
   std::string data = {};              // the HDF5 file's name, from the folder of this one
   bool is_absolute = false;           // that the name was given with folders, of which it is the last part
   std::vector<BdvSetup> setups = {};  // by their numbers
-  std::vector<int> times = {};        // ascending
   std::map<std::pair<int, int>, glm::dmat4> world;  // by time and setup: from centres of voxels, counted from 0
 
   const BdvSetup* setup(int id) const;

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volume/import/hdf5/hdf5_file.h"
 
-#include <fcntl.h>
 #include <signal.h>
-#include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,12 +10,12 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
-#include <fstream>
 #include <functional>
 #include <numeric>
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/import/child_bounds.h"
 
 namespace blockwalk {
 namespace {
@@ -26,19 +24,8 @@ constexpr std::uint64_t kMostAnswerBytes = std::uint64_t{64} << 20;
 constexpr std::uint64_t kChunksAtATime = 65536;
 constexpr int kTimeout_ms = 60000;
 
-std::uint64_t usedAddressSpace() {
-  std::uint64_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
-  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-}
-
-[[noreturn]] void serveAndExit(int socket, const InputFile& file, std::uint64_t most_bytes) {
-  const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
-  const rlimit memory{most_bytes, most_bytes};
-  setrlimit(RLIMIT_AS, &memory);
-  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (nowhere >= 0) dup2(nowhere, STDERR_FILENO);
+[[noreturn]] void serveAndExit(int socket, const InputFile& file, pid_t parent, std::uint64_t most_bytes) {
+  boundChild(parent, most_bytes);
   try {
     serveHdf5(socket, file);
   } catch (...) {
@@ -65,10 +52,11 @@ Hdf5File::Hdf5File(std::shared_ptr<const InputFile> file, std::uint64_t memory_b
   if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
     failData("{}: no process to read it: {}", name(), std::strerror(errno));
   }
+  const pid_t parent = getpid();
   child_ = fork();
   if (child_ == 0) {
     close(ends[0]);
-    serveAndExit(ends[1], *file_, most_bytes);
+    serveAndExit(ends[1], *file_, parent, most_bytes);
   }
   close(ends[1]);
   socket_ = ends[0];

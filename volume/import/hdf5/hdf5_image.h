@@ -42,7 +42,8 @@ Hdf5Image findPlain(Hdf5File& file, const ImportOptions& options);
 
 // Of a dataset by itself: which axes are space, channels and time, by their names or by what is usual; scales of axes;
 // attributes of netCDF, ilastik and Fiji.
-Hdf5Image imageOfDataset(Hdf5File& file, const Hdf5Object& dataset, const ImportOptions& options);
+Hdf5Image imageOfDataset(Hdf5File& file, const Hdf5Object& dataset, const ImportOptions& options,
+                         std::vector<std::string> names = {});
 
 // A part of which z, y, x are the last three axes, or the last two; of no more than that.
 ArrayPart plainPart(const Hdf5Array& array, const std::string& name);

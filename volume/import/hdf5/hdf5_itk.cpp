@@ -11,7 +11,13 @@ std::optional<Hdf5Image> findItk(Hdf5File& file, const Hdf5Object& root, const I
   const auto group = file.object(folder);
   const auto voxels = group ? file.object(hdf5Path(folder, "VoxelData")) : std::nullopt;
   if (!voxels || !voxels->array) return std::nullopt;
-  Hdf5Image image = imageOfDataset(file, *voxels, options);
+  // It says how many axes are of space; one more, behind them, is of what a voxel has.
+  std::vector<std::string> names;
+  const std::size_t dimension = group->has("Dimension") ? file.numbers(hdf5Path(folder, "Dimension")).size() : 0;
+  if (dimension >= 2 && dimension <= 3 && voxels->array->rank() == dimension + 1) {
+    names = dimension == 3 ? std::vector<std::string>{"z", "y", "x", "c"} : std::vector<std::string>{"y", "x", "c"};
+  }
+  Hdf5Image image = imageOfDataset(file, *voxels, options, names);
   const ArrayPart& part = image.datasets.front().part;
   const auto numbersOf = [&](const char* name, std::size_t count) -> std::vector<double> {
     if (!group->has(name)) return {};

@@ -42,6 +42,7 @@ class NexusSearch {
       return;
     }
     constexpr int kMostDepth = 4;
+    constexpr int kMostInAll = 2000;  // groups may be linked to themselves
     if (depth == kMostDepth) return;
     std::vector<std::string> names = group.members;
     if (const auto first = group.text("default"); first && group.has(*first)) {
@@ -50,7 +51,7 @@ class NexusSearch {
     }
     names.resize(std::min(names.size(), kMostLookedAt));
     for (const std::string& name : names) {
-      if (found.size() >= kMostLookedAt) return;
+      if (found.size() >= kMostLookedAt || ++looked_at_ > kMostInAll) return;
       const auto member = file_.object(hdf5Path(group.path, name));
       if (member && !member->array && member->text("NX_class")) search(*member, depth + 1);
     }
@@ -60,6 +61,7 @@ class NexusSearch {
 
  private:
   Hdf5File& file_;
+  int looked_at_ = 0;
 };
 
 // The dataset that the group says is its signal; nothing where it is none, or no volume.

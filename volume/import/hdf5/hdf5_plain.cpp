@@ -129,6 +129,18 @@ ArrayPart partByNames(const Hdf5Array& array, const std::vector<std::string>& na
   std::vector<OmeAxis> axes;
   for (const std::string& axis : names) axes.push_back({.name = axis});
   OmeRoles roles = rolesOf(axes, name);
+  // A scale of some other name, of pressure say, is what is left for z: the one axis that is longer than 1.
+  std::vector<std::size_t> others;
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    const bool has_role = roles.part.channel == axis || roles.time == axis ||
+                          std::ranges::find(roles.part.space, std::optional(axis)) != roles.part.space.end();
+    if (!has_role && array.shape[axis] > 1) others.push_back(axis);
+  }
+  const auto free = std::ranges::find_if(roles.part.space, [](const auto& axis) { return !axis.has_value(); });
+  if (others.size() == 1 && free != roles.part.space.end()) {
+    notes.push_back(fmt::format("axis '{}' is taken for {}", names[others[0]], "xyz"[free - roles.part.space.begin()]));
+    *free = others[0];
+  }
   if (roles.time) {
     roles.part.index[*roles.time] = chosenStep(options, array.shape[*roles.time], name, notes);
   }
@@ -231,13 +243,14 @@ ArrayPart plainPart(const Hdf5Array& array, const std::string& name) {
   return part;
 }
 
-Hdf5Image imageOfDataset(Hdf5File& file, const Hdf5Object& dataset, const ImportOptions& options) {
+Hdf5Image imageOfDataset(Hdf5File& file, const Hdf5Object& dataset, const ImportOptions& options,
+                         std::vector<std::string> names) {
   const std::string name = fmt::format("{}: '{}'", file.name(), dataset.path);
   const Hdf5Array& array = *dataset.array;
   if (array.rank() < 2) failData("{}: is {}; a volume has 2 axes and more", name, array.described());
   if (options.level.value_or(0) != 0) failData("{}: level {} is asked for, it is one level", name, *options.level);
   Hdf5Image image;
-  const std::vector<std::string> names = axisNames(dataset);
+  if (names.empty()) names = axisNames(dataset);
   const bool has_time =
       std::ranges::any_of(names, [](const std::string& axis) { return axis == "t" || axis == "time"; });
   if (!has_time && options.time.value_or(0) != 0) {

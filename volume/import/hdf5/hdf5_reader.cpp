@@ -142,7 +142,19 @@ class Hdf5Reader {
     return count < 0 ? UINT64_MAX : static_cast<std::uint64_t>(count);
   }
 
+  // H5Dread follows external files and virtual datasets.
+  void requireOwnVoxels(hid_t dataset) const {
+    const Hdf5Handle properties(H5Dget_create_plist(dataset), H5Pclose);
+    if (!properties.isOpen()) failData("'{}': its layout is broken", dataset_path_);
+    const H5D_layout_t layout = H5Pget_layout(properties.get());
+    const bool is_own = layout == H5D_COMPACT || layout == H5D_CHUNKED || layout == H5D_CONTIGUOUS;
+    if (!is_own || H5Pget_external_count(properties.get()) != 0) {
+      failData("'{}' lies in other files, which are not followed", dataset_path_);
+    }
+  }
+
   std::string numbers(hid_t dataset) {
+    requireOwnVoxels(dataset);
     const std::uint64_t count = samplesOf(dataset);
     if (count > kMostNumbers) failData("'{}' has more than {} numbers", dataset_path_, kMostNumbers);
     std::string bytes(count * sizeof(double), '\0');
@@ -155,6 +167,7 @@ class Hdf5Reader {
   // Of a compact dataset, as they are in the file.
   std::string compactBytes(hid_t dataset) {
     constexpr std::uint64_t kMostCompactBytes = 65536;
+    requireOwnVoxels(dataset);
     const Hdf5Handle type(H5Dget_type(dataset), H5Tclose);
     const std::size_t width = type.isOpen() ? H5Tget_size(type.get()) : 0;
     const std::uint64_t count = samplesOf(dataset);
@@ -210,6 +223,7 @@ void limitSeconds() {
 bool canReadHdf5() { return true; }
 
 void serveHdf5(int socket, const InputFile& file) {
+  limitSeconds();
   Hdf5Reader reader(file);
   while (const auto question = receiveHdf5Message(socket, kMostQuestionBytes, -1)) {
     limitSeconds();

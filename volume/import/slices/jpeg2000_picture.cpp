@@ -92,6 +92,7 @@ class Jpeg2000Picture final : public PictureFile {
     fault_.clear();
     // What is cut short is unpacked with a warning, and would be grey where nothing is.
     if (opj_decode(codec_.get(), stream_.get(), image_.get()) == OPJ_FALSE || !fault_.empty()) fail();
+    checkMeaning();
     const auto count = static_cast<std::size_t>(shape_.format.channels);
     const std::size_t bytes = sampleBytes(shape_.format.type);
     const std::size_t pixels = out.size() / (count * bytes);
@@ -108,6 +109,16 @@ class Jpeg2000Picture final : public PictureFile {
  private:
   [[noreturn]] void fail() const {
     failData("{}: JPEG 2000: {}", packed_.name, fault_.empty() ? "it cannot be unpacked" : fault_);
+  }
+
+  // What is known only now: a palette has made colours of indices, or the colours are no RGB.
+  void checkMeaning() const {
+    if (image_->numcomps != static_cast<std::uint32_t>(shape_.format.channels)) {
+      failData("{}: JPEG 2000: it has a palette, which cannot be read", packed_.name);
+    }
+    const bool is_other = image_->color_space == OPJ_CLRSPC_SYCC || image_->color_space == OPJ_CLRSPC_EYCC ||
+                          image_->color_space == OPJ_CLRSPC_CMYK;
+    if (is_other) failData("{}: JPEG 2000: its colours are neither grey nor RGB, which cannot be read", packed_.name);
   }
 
   void readShape() {

@@ -80,8 +80,12 @@ class GridChooser {
 
  private:
   std::size_t named() const {
-    for (std::size_t i = 0; i < grids_.size(); ++i) {
-      if (*options_.dataset != grids_[i].name && *options_.dataset != fmt::format("{}", i + 1)) continue;
+    std::size_t i = 0;
+    while (i < grids_.size() && *options_.dataset != grids_[i].name) ++i;
+    if (i == grids_.size()) i = 0;  // no name of one: a number
+    while (i < grids_.size() && *options_.dataset != grids_[i].name && *options_.dataset != fmt::format("{}", i + 1))
+      ++i;
+    if (i < grids_.size()) {
       if (grids_[i].refusal.empty()) return i;
       failData("{}: grid '{}' of {}: {}", info_.name, grids_[i].name, grids_[i].type, grids_[i].refusal);
     }

@@ -3,8 +3,6 @@
 
 #include <fcntl.h>
 #include <signal.h>
-#include <sys/prctl.h>
-#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,11 +10,11 @@
 #include <cerrno>
 #include <cstring>
 #include <exception>
-#include <fstream>
 #include <new>
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/import/child_bounds.h"
 #include "volume/plain_text.h"
 
 namespace blockwalk {
@@ -26,27 +24,10 @@ constexpr std::size_t kPipeBuffer = std::size_t{1} << 16;
 constexpr std::uint64_t kLibraryBytes = std::uint64_t{128} << 20;  // for the library's own tables
 constexpr unsigned kMostSeconds = 600;
 
-std::uint64_t addressSpaceNow() {
-  std::uint64_t pages = 0;
-  std::ifstream("/proc/self/statm") >> pages;
-  return pages * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE));
-}
-
 [[noreturn]] void workAndExit(PipeWriter writer, std::uint64_t most_bytes, pid_t parent,
                               const std::function<void(PipeWriter&)>& work) {
-  prctl(PR_SET_PDEATHSIG, SIGKILL);
-  if (getppid() != parent) _exit(1);
-  const rlimit no_core{0, 0};
-  setrlimit(RLIMIT_CORE, &no_core);
-  const rlimit memory{most_bytes, most_bytes};
-  setrlimit(RLIMIT_AS, &memory);
-  for (const int number : {SIGSEGV, SIGABRT, SIGBUS, SIGFPE, SIGILL, SIGALRM, SIGTERM}) signal(number, SIG_DFL);
+  boundChild(parent, most_bytes);
   alarm(kMostSeconds);
-  const int nowhere = open("/dev/null", O_WRONLY | O_CLOEXEC);
-  if (nowhere >= 0) {
-    dup2(nowhere, STDOUT_FILENO);
-    dup2(nowhere, STDERR_FILENO);
-  }
   const auto end = [&](PipeMessage message, const char* why) {
     writer.number(message);
     if (message == PipeMessage::failure) writer.text(why);
@@ -94,7 +75,7 @@ PipedProcess::PipedProcess(std::string name, std::uint64_t memory_bytes, const s
     : name_(std::move(name)), memory_bytes_(memory_bytes), buffer_(kPipeBuffer) {
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) failData("{}: no pipe to read it through: {}", name_, std::strerror(errno));
-  const std::uint64_t most_bytes = addressSpaceNow() + memory_bytes + kLibraryBytes;
+  const std::uint64_t most_bytes = usedAddressSpace() + memory_bytes + kLibraryBytes;
   const pid_t parent = getpid();
   child_ = fork();
   if (child_ == 0) {

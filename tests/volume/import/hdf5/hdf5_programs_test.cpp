@@ -287,6 +287,36 @@ TEST(Itk, HasDirections) {
   EXPECT_EQ(dataValues(*source), doubles(countedUp(60)));
 }
 
+// Tensors: six values a voxel are no axis of space, though none of the others is as short as channels are.
+TEST(Itk, ValuesOfAVoxelAreChannels) {
+  const Scratch scratch;
+  const DatasetKind real{.type = H5T_IEEE_F64LE, .memory = H5T_NATIVE_DOUBLE};
+  Hdf5Writer writer(scratch.path("itk.h5"));
+  writer.dataset("ITKImage/0/VoxelData", {10, 11, 12, 6}, countedUp(7920), {.type = H5T_STD_I16LE});
+  writer.dataset<int>("ITKImage/0/Dimension", {3}, {12, 11, 10}, {.type = H5T_STD_U64LE});
+  writer.dataset<double>("ITKImage/0/Spacing", {3}, {2, 3, 4}, real);
+  writer.dataset<double>("ITKImage/0/Origin", {3}, {0, 0, 0}, real);
+  const auto source = openSource({writer.close()}, {});
+  EXPECT_EQ(source->info().dims, glm::ivec3(12, 11, 10));
+  EXPECT_EQ(source->info().channels.size(), 4u);
+  EXPECT_THAT(source->info().notes, testing::Contains(testing::HasSubstr("of 6 channels it has the first 4")));
+  EXPECT_EQ(source->info().world_from_index[0][0], 2);
+}
+
+// Groups that lead back to themselves are looked at so often and no more.
+TEST(Nexus, LoopsEnd) {
+  const Scratch scratch;
+  Hdf5Writer writer(scratch.path("loop.h5"));
+  writer.text("/", "NX_class", "NXroot");
+  for (int i = 0; i < 64; ++i) {
+    H5Lcreate_hard(writer.file(), "/", writer.file(), fmt::format("loop{}", i).c_str(), H5P_DEFAULT, H5P_DEFAULT);
+  }
+  writer.dataset("voxels", {2, 3, 4}, countedUp(24), {.type = H5T_STD_I16LE});
+  ImportOptions options;
+  options.dataset = "voxels";
+  EXPECT_EQ(openSource({writer.close()}, options)->info().dims, glm::ivec3(4, 3, 2));
+}
+
 }  // namespace
 }  // namespace blockwalk::volume_test
 #endif

@@ -249,6 +249,17 @@ TEST(Hdf5, AxesHaveNamesAndSizes) {
   EXPECT_EQ(source->info().length_unit, "um");
 }
 
+// An axis of some other name is what is left of z.
+TEST(Hdf5, AnAxisOfPressureIsDepth) {
+  const Scratch scratch;
+  Hdf5Writer writer(scratch.path("a.h5"));
+  writer.dataset("wind", {6, 5, 4}, countedUp(120), {.type = H5T_STD_I16LE});
+  writer.texts("wind", "DIMENSION_LABELS", {"plev", "lat", "lon"});
+  const auto source = openSource({writer.close()}, {});
+  EXPECT_EQ(source->info().dims, glm::ivec3(4, 5, 6));
+  EXPECT_THAT(source->info().notes, testing::Contains(testing::HasSubstr("axis 'plev' is taken for z")));
+}
+
 TEST(Hdf5, ScalesOfNetcdfAreKept) {
   const Scratch scratch;
   Hdf5Writer writer(scratch.path("a.nc"));

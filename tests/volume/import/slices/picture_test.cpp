@@ -106,6 +106,31 @@ TEST(Pictures, Jpeg2000KeepsEveryBit) {
   EXPECT_EQ(readAll(*color).substr(4, 4), std::string("\x03\x04\x05\x05", 4));
 }
 
+// A palette behind the boxes that say what the picture is; colours that are no RGB.
+TEST(Pictures, Jpeg2000WithAPaletteOrOtherColoursIsRefused) {
+  const Scratch scratch;
+  const auto with = [](std::string file, const std::string& boxes) {
+    const std::size_t header = file.find("jp2h") - 4;
+    const auto length = static_cast<std::size_t>(static_cast<unsigned char>(file[header + 2]) << 8 |
+                                                 static_cast<unsigned char>(file[header + 3]));
+    file.insert(header + length, boxes);
+    file[header + 2] = static_cast<char>((length + boxes.size()) >> 8);
+    file[header + 3] = static_cast<char>(length + boxes.size());
+    return file;
+  };
+  const std::string palette("\0\0\0\x14pclr\0\2\3\7\7\7\x0a\x14\x1e\x28\x32\x3c", 20);
+  const std::string map(
+      "\0\0\0\x14"
+      "cmap\0\0\1\0\0\0\1\1\0\0\1\2",
+      20);
+  const std::string indexed = jpeg2000File({0, 1, 1, 0, 0, 1}, 3, 2, 1, 8, false);
+  EXPECT_THAT(refusal({scratch.write("a.jp2", with(indexed, palette + map))}), HasSubstr("it has a palette"));
+  std::string cmyk = jpeg2000File(std::vector<int>(24, 9), 3, 2, 4, 8, false);
+  const std::size_t color = cmyk.find("colr") + 4;
+  cmyk[color + 6] = 12;  // the last byte of the colour space's number
+  EXPECT_THAT(refusal({scratch.write("b.jp2", cmyk)}), HasSubstr("neither grey nor RGB"));
+}
+
 TEST(Pictures, WebpPicturesAndAnimationsAreSlices) {
   const Scratch scratch;
   const std::string rgb = randomBytes(9 * 6 * 3, 1);
