@@ -19,7 +19,7 @@ VoxelBox parseVoxelBox(std::string_view field, std::string_view text) {
     begin = end + 1;
   }
   if (numbers.size() != 6) failValue(field, "must be six numbers x0,y0,z0,x1,y1,z1", text);
-  const VoxelBox box{{numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]}};
+  VoxelBox box{{numbers[0], numbers[1], numbers[2]}, {numbers[3], numbers[4], numbers[5]}};
   if (glm::any(glm::greaterThanEqual(box.begin, box.end))) {
     failValue(field, "must have its first three numbers below the others", text);
   }

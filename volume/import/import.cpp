@@ -8,6 +8,7 @@
 #include "volume/import/openers.h"
 #include "volume/import/slices/slice_order.h"
 #include "volume/import/sniff.h"
+#include "volume/import/zip_folder.h"
 
 namespace blockwalk {
 namespace {
@@ -121,6 +122,8 @@ Opener openerOf(FileKind kind) {
   return nullptr;
 }
 
+std::unique_ptr<Source> openAny(const std::filesystem::path& path, const ImportOptions& options);
+
 std::unique_ptr<Source> openFile(const std::filesystem::path& path, const ImportOptions& options) {
   auto file = std::make_shared<InputFile>(path);
   if (options.dims && options.type) {
@@ -140,6 +143,13 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
   if (kind == FileKind::unknown) {
     if (const auto header = niftiHeaderOf(path)) return openFile(*header, options);
     failData("{}: is no file of a known format ({}); raw data needs --dims and --type", file->name(), kKnownFormats);
+  }
+  if (kind == FileKind::zip && !isZarrZip(file, options.memory_bytes)) {
+    return openZipFolder(file, options.memory_bytes, [&](const std::filesystem::path& unpacked) {
+      const bool is_zip = !std::filesystem::is_directory(unpacked) && fileKind(InputFile(unpacked)) == FileKind::zip;
+      if (is_zip) failData("{}: zip: holds another zip file; unpack it", file->name());
+      return openAny(unpacked, options);
+    });
   }
   refuseRawFlags(file->name(), options);
   refuseOtherChoices(file->name(), kind, options);
@@ -189,13 +199,17 @@ std::unique_ptr<Source> openFolder(const std::filesystem::path& path, const Impo
   return openStack(slicesInFolder(path), folder.filename().string(), options);
 }
 
+std::unique_ptr<Source> openAny(const std::filesystem::path& path, const ImportOptions& options) {
+  return std::filesystem::is_directory(path) ? openFolder(path, options) : openFile(path, options);
+}
+
 }  // namespace
 
 std::unique_ptr<Source> openSource(const Paths& paths, const ImportOptions& options) {
   if (paths.empty()) failData("no file to import is named");
   if (options.channels == ChannelRule::separate) return openSeparate(paths, options);
   if (paths.size() == 1) {
-    return std::filesystem::is_directory(paths[0]) ? openFolder(paths[0], options) : openFile(paths[0], options);
+    return openAny(paths[0], options);
   }
   Paths slices = paths;
   std::sort(slices.begin(), slices.end(), [](const auto& a, const auto& b) {

@@ -32,7 +32,7 @@ inline std::string jpegFile(const std::string& pixels, int width, int height, in
       tjCompress2(handle, reinterpret_cast<const unsigned char*>(pixels.data()), width, 0, height, format, &packed,
                   &size, samples == 1 ? TJSAMP_GRAY : TJSAMP_444, 100, is_progressive ? TJFLAG_PROGRESSIVE : 0);
   require(done == 0);
-  const std::string file(reinterpret_cast<const char*>(packed), size);
+  std::string file(reinterpret_cast<const char*>(packed), size);
   tjFree(packed);
   tjDestroy(handle);
   return file;
@@ -44,7 +44,7 @@ inline std::string webpFile(const std::string& pixels, int width, int height, in
   const auto* from = reinterpret_cast<const std::uint8_t*>(pixels.data());
   const std::size_t size = samples == 3 ? WebPEncodeLosslessRGB(from, width, height, 3 * width, &packed)
                                         : WebPEncodeLosslessRGBA(from, width, height, 4 * width, &packed);
-  const std::string file(reinterpret_cast<const char*>(packed), size);
+  std::string file(reinterpret_cast<const char*>(packed), size);
   WebPFree(packed);
   return file;
 }
@@ -72,7 +72,7 @@ inline std::string webpAnimation(const std::vector<std::string>& pictures, int w
   WebPData data;
   WebPDataInit(&data);
   require(WebPAnimEncoderAssemble(encoder, &data) != 0);
-  const std::string file(reinterpret_cast<const char*>(data.bytes), data.size);
+  std::string file(reinterpret_cast<const char*>(data.bytes), data.size);
   WebPDataClear(&data);
   WebPAnimEncoderDelete(encoder);
   return file;
