@@ -42,16 +42,21 @@ std::uint64_t regionBytes(const VolumeInfo& info, const RegionRequest& request, 
 
 class Region {
  public:
-  explicit Region(const RegionOrder& order)
-      : order_(order), file_(order.file), stream_(file_, exportOptions(order.request)) {
+  Region(const RegionOrder& order, std::shared_ptr<BlockCache> blocks)
+      : order_(order), blocks_(std::move(blocks)), file_(order.file), stream_(file_, exportOptions(order.request)) {
     requireIdentity(order);  // looked at when it is open: another one under its name would have been opened
   }
 
   const ExportStream& stream() const { return stream_; }
-  std::vector<std::byte> next() { return stream_.next(); }
+  std::vector<std::byte> next() {
+    if (blocks_ != nullptr) stream_.useBlocks(blocks_->of(file_, order_.identity, order_.request.level));
+    blocks_ = nullptr;
+    return stream_.next();
+  }
 
  private:
   RegionOrder order_;
+  std::shared_ptr<BlockCache> blocks_;  // until they were asked for
   VolumeFile file_;
   ExportStream stream_;
 };
@@ -76,11 +81,11 @@ class Lease {
   std::uint64_t peer_;
 };
 
-OpenedRegion openRegion(const RegionOrder& order) noexcept {
+OpenedRegion openRegion(const RegionOrder& order, const std::shared_ptr<BlockCache>& blocks) noexcept {
   OpenedRegion opened;
   try {
     requireIdentity(order);
-    opened.region = std::make_shared<Region>(order);
+    opened.region = std::make_shared<Region>(order, blocks);
     const ExportStream& stream = opened.region->stream();
     opened.bytes = stream.bytes();
     opened.dims = stream.dims();
@@ -118,7 +123,7 @@ std::shared_ptr<void> RegionMaker::lease(std::uint64_t peer) {
 
 asio::awaitable<OpenedRegion> RegionMaker::open(RegionOrder order) {
   const auto work = [this, &order](Answer<OpenedRegion> answer) {
-    asio::post(threads_, [answer = std::move(answer), order] { answer(openRegion(order)); });
+    asio::post(threads_, [answer = std::move(answer), order, blocks = blocks_] { answer(openRegion(order, blocks)); });
   };
   co_return co_await awaitResult<OpenedRegion>(mailbox_, work);
 }

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "protocol/region_request.h"
+#include "server/region/block_cache.h"
 #include "server/render/mailbox.h"
 #include "volume/volume.h"
 
@@ -65,6 +66,7 @@ class RegionMaker {
 
  private:
   Mailbox& mailbox_;
+  std::shared_ptr<BlockCache> blocks_ = std::make_shared<BlockCache>();
   boost::asio::thread_pool& threads_;
   std::shared_ptr<std::map<std::uint64_t, int>> open_ = std::make_shared<std::map<std::uint64_t, int>>();  // by peer
 };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <utility>
 
 #include "volume/error.h"
 #include "volume/file/layout.h"
@@ -32,18 +33,25 @@ void fillEmpty(VoxelType type, const ChannelInfo& channel, std::span<std::byte> 
 
 }  // namespace
 
-BoxReader::BoxReader(const VolumeFile& file, int level)
-    : file_(file), level_number_(level), voxel_bytes_(voxelBytes(file.info().type)), level_(file.readLevel(level, 0)) {
-  level_.subblocks = {};  // what they hold is not asked
-  codes_.reserve(level_.blocks.size());
-  for (const Block& block : level_.blocks) codes_.push_back(mortonCode(glm::uvec3(block.origin)));
+std::shared_ptr<const StoredBlocks> readStoredBlocks(const VolumeFile& file, int level) {
+  auto stored = std::make_shared<StoredBlocks>();
+  stored->blocks = file.readLevel(level, 0).blocks;
+  stored->codes.reserve(stored->blocks.size());
+  for (const Block& block : stored->blocks) stored->codes.push_back(mortonCode(glm::uvec3(block.origin)));
+  return stored;
 }
+
+BoxReader::BoxReader(const VolumeFile& file, int level, std::shared_ptr<const StoredBlocks> blocks)
+    : file_(file),
+      level_number_(level),
+      voxel_bytes_(voxelBytes(file.info().type)),
+      stored_(blocks ? std::move(blocks) : readStoredBlocks(file, level)) {}
 
 const Block* BoxReader::find(glm::ivec3 origin) const {
   const std::uint64_t code = mortonCode(glm::uvec3(origin));
-  const auto found = std::ranges::lower_bound(codes_, code);
-  if (found == codes_.end() || *found != code) return nullptr;
-  return &level_.blocks[static_cast<std::size_t>(found - codes_.begin())];
+  const auto found = std::ranges::lower_bound(stored_->codes, code);
+  if (found == stored_->codes.end() || *found != code) return nullptr;
+  return &stored_->blocks[static_cast<std::size_t>(found - stored_->codes.begin())];
 }
 
 bool BoxReader::isStored(const VoxelBox& box) const {

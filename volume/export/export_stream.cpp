@@ -52,7 +52,7 @@ std::vector<std::byte> ExportStream::next() {
     return {header.begin(), header.end()};
   }
   if (channel_ == job_->channels.size()) return {};
-  if (!reader_) reader_ = std::make_unique<RowReader>(*job_, kHeldBytes);
+  if (!reader_) reader_ = std::make_unique<RowReader>(*job_, kHeldBytes, std::move(blocks_));
   const glm::ivec3 dims = job_->box.dims();
   const std::size_t row_bytes = static_cast<std::size_t>(dims.x) * voxelBytes(job_->type());
   std::vector<std::byte> piece;

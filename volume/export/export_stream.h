@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "volume/export/export.h"
@@ -14,6 +15,7 @@ namespace blockwalk {
 
 class RowReader;
 struct ExportJob;
+struct StoredBlocks;
 
 // Memory: the blocks of the level without their subblocks, and 16 MiB or one row a channel. Not thread-safe.
 class ExportStream {
@@ -25,6 +27,8 @@ class ExportStream {
   ExportStream(const ExportStream&) = delete;
   ExportStream& operator=(const ExportStream&) = delete;
 
+  // Of the level, where somebody has them; else the first voxels wait until they are read.
+  void useBlocks(std::shared_ptr<const StoredBlocks> blocks) { blocks_ = std::move(blocks); }
   std::uint64_t bytes() const;
   // Sides of the box, channels, and the type of a voxel as `blockwalk import --type` spells it.
   glm::ivec3 dims() const;
@@ -36,6 +40,7 @@ class ExportStream {
  private:
   std::unique_ptr<const ExportJob> job_;
   std::string header_;
+  std::shared_ptr<const StoredBlocks> blocks_;
   std::unique_ptr<RowReader> reader_;
   bool has_begun_ = false;
   std::size_t channel_ = 0;  // of the next row, as are z and y

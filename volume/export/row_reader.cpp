@@ -3,14 +3,15 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "volume/error.h"
 
 namespace blockwalk {
 
-RowReader::RowReader(const ExportJob& job, std::size_t memory_bytes)
+RowReader::RowReader(const ExportJob& job, std::size_t memory_bytes, std::shared_ptr<const StoredBlocks> blocks)
     : job_(job),
-      reader_(job.file, job.level),
+      reader_(job.file, job.level, std::move(blocks)),
       row_bytes_(static_cast<std::size_t>(job.box.dims().x) * voxelBytes(job.type())),
       slabs_(job.channels.size()) {
   const std::size_t most_rows = std::max<std::size_t>(1, memory_bytes / slabs_.size() / row_bytes_);

@@ -17,7 +17,8 @@ constexpr std::size_t kRowReaderBytes = std::size_t{64} << 20;
 // where slices as thick as a block fit; of larger ones, once for each part of its thickness that fits.
 class RowReader {
  public:
-  RowReader(const ExportJob& job, std::size_t memory_bytes);
+  // `blocks` as BoxReader takes them.
+  RowReader(const ExportJob& job, std::size_t memory_bytes, std::shared_ptr<const StoredBlocks> blocks = nullptr);
 
   // Rows that one call may ask for from here on without reading more, at least 1.
   int rowsAt(int y) const;
