@@ -77,7 +77,7 @@ bool isPassedOver(const std::filesystem::path& name) {
 }
 
 std::filesystem::path checkedName(const std::string& name, const std::string& zip) {
-  const std::filesystem::path path(name);
+  std::filesystem::path path(name);
   bool stays = !path.is_absolute() && !name.empty() && name.find('\0') == std::string::npos;
   for (const auto& part : path) stays = stays && part != "..";
   if (!stays) failData("{}: zip: an entry's name leads out of the folder", zip);
