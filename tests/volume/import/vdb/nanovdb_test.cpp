@@ -25,7 +25,7 @@ using Handle = nanovdb::GridHandle<nanovdb::HostBuffer>;
 
 std::filesystem::path save(const Scratch& scratch, const Handle& handle,
                            nanovdb::io::Codec codec = nanovdb::io::Codec::NONE) {
-  const auto path = scratch.path("a.nvdb");
+  auto path = scratch.path("a.nvdb");
   std::filesystem::remove(path);
   nanovdb::io::writeGrid(path.string(), handle, codec);
   return path;

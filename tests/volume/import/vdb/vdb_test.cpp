@@ -27,14 +27,13 @@ using openvdb::Coord;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
-using testing::IsEmpty;
 
 class Vdb : public testing::Test {
  protected:
   static void SetUpTestSuite() { openvdb::initialize(); }
 
   std::filesystem::path save(const openvdb::GridCPtrVec& grids, std::uint32_t compression = 0) const {
-    const auto path = scratch_.path("a.vdb");
+    auto path = scratch_.path("a.vdb");
     std::filesystem::remove(path);
     openvdb::io::File file(path.string());
     if (compression != 0) file.setCompression(compression);
