@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Formats of one file that hold one grid: MRC, .vox, KVX, PVM, Amira, VGI, ISQ, AIM. Opened, and read to the end or to
-// a bound.
+// Formats of one file that hold one grid: npy, MRC, .vox, KVX, PVM, Amira, VGI, ISQ, AIM. Opened, and read to the end
+// or to a bound.
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -102,7 +102,9 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 }
 
 std::vector<std::string> fuzzSeeds() {
-  return {mrc(2, 4),
+  return {npy("<f4", "(2, 3, 4)", 96),
+          npy(">u2", "(3, 2, 2, 2)", 48),
+          mrc(2, 4),
           mrc(12, 2),
           vox(),
           isq(),
