@@ -6,6 +6,7 @@
 #include <span>
 #include <string>
 
+#include "volume/build/storage.h"
 #include "volume/export/box_reader.h"
 #include "volume/export/zeros.h"
 
