@@ -19,19 +19,8 @@ import tempfile
 import time
 
 
-def run(command):
-    """Seconds, greatest resident size in MiB, output."""
-    begun = time.perf_counter()
-    child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-    out, error = child.communicate()
-    seconds = time.perf_counter() - begun
-    if child.returncode != 0:
-        sys.exit(f"{' '.join(command)}: {error}")
-    return seconds, out
-
-
 def measured(command):
-    """The same, with the size that the kernel saw."""
+    """Seconds, greatest resident size in MiB, output."""
     begun = time.perf_counter()
     child = subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
     out = child.stdout.read()
@@ -127,7 +116,7 @@ def main():
                "nanovdb": ".nvdb", "npy": ".npy", "png": "", "prism": ".prism"}
     rows = []
     with tempfile.TemporaryDirectory(dir=os.path.dirname(os.path.abspath(arguments.volume))) as folder:
-        _, out = run([arguments.program, "info", arguments.volume, "--json"])
+        _, _, out = measured([arguments.program, "info", arguments.volume, "--json"])
         dense = json.loads(out)["dense_bytes"] / 1e6
 
         def row(name, path, flags, out_seconds, out_rss):

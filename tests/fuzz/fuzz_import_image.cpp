@@ -65,13 +65,7 @@ std::string pngSeed(int format) {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const blockwalk::MemoryFile file;
-  file.fill(data, size);
-  blockwalk::ImportOptions options;
-  options.memory_bytes = std::uint64_t{4} << 20;
-  blockwalk::readSource(file.path(), options);
-  options.channels = blockwalk::ChannelRule::fields;
-  blockwalk::readSource(file.path(), options);
+  blockwalk::readFile(data, size);
   return 0;
 }
 

@@ -6,7 +6,6 @@
 #include <string>
 #include <vector>
 
-#include "tests/fuzz/memory_file.h"
 #include "tests/fuzz/packed.h"
 #include "tests/fuzz/read_source.h"
 #include "tests/fuzz/target.h"
@@ -97,11 +96,7 @@ std::string openVdbHead() {
 }  // namespace
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
-  static const blockwalk::MemoryFile file;
-  file.fill(data, size);
-  blockwalk::ImportOptions options;
-  options.memory_bytes = std::uint64_t{4} << 20;
-  blockwalk::readSource(file.path(), options);
+  blockwalk::readFile(data, size);
   return 0;
 }
 

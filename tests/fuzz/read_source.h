@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/fuzz/memory_file.h"
 #include "volume/error.h"
 #include "volume/import/import.h"
 
@@ -33,6 +34,17 @@ inline void readSource(const std::string& path, const ImportOptions& options) {
   } catch (const DataError&) {
     // Refused, as most input is.
   }
+}
+
+// The bytes as a file of whatever kind they look like: as it is, and with a channel for each field.
+inline void readFile(const std::uint8_t* data, std::size_t size) {
+  static const MemoryFile file;
+  file.fill(data, size);
+  ImportOptions options;
+  options.memory_bytes = std::uint64_t{4} << 20;
+  readSource(file.path(), options);
+  options.channels = ChannelRule::fields;
+  readSource(file.path(), options);
 }
 
 }  // namespace blockwalk

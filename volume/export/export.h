@@ -4,7 +4,7 @@
 //   VolumeFile  blocks of a level, packed, empty ones not there
 //       | BoxReader: a piece at a time, dense
 //   planes.h (NRRD, raw, npy, NIfTI, TIFF: pieces at their places), row_reader.h (PNG, gzip: rows in their order),
-//   prism.cpp (bricks in hierarchical Z order), zarr.cpp (chunks of every level) or nano_tree.h
+//   prism.cpp (bricks in hierarchical Z order), zarr.cpp (chunks of every level) or nano_leaves.h
 //   (leaves of a NanoVDB tree)
 //       | OutputFile, OutputFolder: whole or not at all
 //

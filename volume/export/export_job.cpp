@@ -80,6 +80,16 @@ void noteChannelNames(const ExportJob& job, std::vector<std::string>& notes) {
   if (has_names) notes.emplace_back("names, colours and windows of channels and labels are not kept");
 }
 
+void noteValueUnits(const ExportJob& job, std::vector<std::string>& notes) {
+  bool has_units = false;
+  for (std::size_t i = 0; i < job.channels.size(); ++i) has_units = has_units || !job.channel(i).unit.empty();
+  if (has_units) notes.emplace_back("units of values are not kept");
+}
+
+void noteSpace(const ExportJob& job, std::vector<std::string>& notes) {
+  if (!job.file.info().metadata.space.empty()) notes.emplace_back("what the axes of the world are is not kept");
+}
+
 void requireOneChannel(const ExportJob& job, std::string_view format) {
   if (job.channels.size() == 1) return;
   failData("{}: channels: {} has one, not {}; choose it", job.file.path().filename().string(), format,

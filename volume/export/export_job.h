@@ -85,6 +85,8 @@ void noteSpacingAlone(const ExportJob& job, std::vector<std::string>& notes);
 void noteStoredValues(const ExportJob& job, std::vector<std::string>& notes);
 void noteNames(const ExportJob& job, std::vector<std::string>& notes);
 void noteChannelNames(const ExportJob& job, std::vector<std::string>& notes);
+void noteValueUnits(const ExportJob& job, std::vector<std::string>& notes);
+void noteSpace(const ExportJob& job, std::vector<std::string>& notes);
 // Refuses what the format has no place for, in data and not just in words.
 void requireOneChannel(const ExportJob& job, std::string_view format);
 void requireTypes(const ExportJob& job, std::string_view format, std::span<const VoxelType> types);

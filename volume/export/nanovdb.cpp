@@ -13,7 +13,7 @@
 #include "volume/build/storage.h"
 #include "volume/error.h"
 #include "volume/export/export_job.h"
-#include "volume/export/nano_tree.h"
+#include "volume/export/nano_leaves.h"
 #include "volume/formats/nano_layout.h"
 
 namespace blockwalk {

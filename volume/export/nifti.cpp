@@ -195,9 +195,7 @@ Written writeNifti(const ExportJob& job, const std::filesystem::path& path) {
   const std::string name = path.filename().string();
   const bool is_packed = name.ends_with(".gz") || name.ends_with(".GZ");
   written.bytes = is_packed ? writePacked(job, header, path) : writePlanes(job, {.header = header}, path);
-  bool has_units = false;
-  for (std::size_t i = 0; i < job.channels.size(); ++i) has_units = has_units || !job.channel(i).unit.empty();
-  if (has_units) written.notes.emplace_back("units of values are not kept");
+  noteValueUnits(job, written.notes);
   noteChannelNames(job, written.notes);
   return written;
 }

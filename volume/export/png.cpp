@@ -3,41 +3,38 @@
 #include <png.h>
 
 #include <array>
-#include <cerrno>
 #include <csetjmp>
-#include <cstdio>
+#include <exception>
 #include <memory>
 #include <string>
-#include <system_error>
 
 #include "volume/error.h"
 #include "volume/export/export_job.h"
 #include "volume/export/output_folder.h"
 #include "volume/export/row_reader.h"
+#include "volume/plain_file.h"
 
 namespace blockwalk {
 namespace {
 
 constexpr int kPngLevel = 3;
 
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-
 // libpng reports by a jump, over which no object may lie; what went wrong is kept for afterwards.
 struct PngSink {
-  std::FILE* file = nullptr;
+  PlainFile* file = nullptr;
   std::uint64_t bytes = 0;
-  int failure = 0;  // errno
+  std::exception_ptr failure = nullptr;
 };
 
 void sinkWrite(png_structp png, png_bytep data, png_size_t length) {
   auto* sink = static_cast<PngSink*>(png_get_io_ptr(png));
-  if (std::fwrite(data, 1, length, sink->file) != length) {
-    sink->failure = errno != 0 ? errno : EIO;
-    png_error(png, "write");
+  try {
+    sink->file->write(std::as_bytes(std::span(data, length)));
+    sink->bytes += length;
+  } catch (...) {
+    sink->failure = std::current_exception();
   }
-  sink->bytes += length;
+  if (sink->failure) png_error(png, "write");
 }
 
 void sinkFlush(png_structp) {}
@@ -85,8 +82,7 @@ class PngWriter {
   template <typename Work>
   void guarded(const Work& work) {
     if (setjmp(png_jmpbuf(png_)) != 0) {  // NOLINT(cert-err52-cpp): libpng has no other way
-      if (sink_.failure != 0)
-        throw std::system_error(sink_.failure, std::generic_category(), "a slice cannot be written");
+      if (sink_.failure) std::rethrow_exception(sink_.failure);
       failData("PNG: libpng refuses what is written");
     }
     work();
@@ -108,10 +104,8 @@ Written writePng(const ExportJob& job, const std::filesystem::path& path) {
   const std::size_t row_bytes = static_cast<std::size_t>(dims.x) * voxelBytes(job.type());
   Written written;
   for (int z = 0; z < dims.z; ++z) {
-    const auto path_of_slice = folder.partialPath() / fmt::format("slice_{:05}.png", z);
-    const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(path_of_slice.c_str(), "wb"));
-    if (!file) throw std::system_error(errno, std::generic_category(), path_of_slice.string());
-    PngSink sink{.file = file.get()};
+    PlainFile file(folder.partialPath() / fmt::format("slice_{:05}.png", z));
+    PngSink sink{.file = &file};
     {
       PngWriter writer(sink);
       writer.begin(job);
@@ -120,7 +114,7 @@ Written writePng(const ExportJob& job, const std::filesystem::path& path) {
       }
       writer.end();
     }
-    if (std::fflush(file.get()) != 0) throw std::system_error(errno, std::generic_category(), path_of_slice.string());
+    file.close();
     written.bytes += sink.bytes;
     if (job.progress) job.progress("write", static_cast<std::uint64_t>(z) + 1, static_cast<std::uint64_t>(dims.z));
   }

@@ -181,7 +181,7 @@ class TiffLayout {
 // What ImageJ has no place for, by the names that it gives to what it has.
 void noteTiffLosses(const ExportJob& job, Written& written) {
   if (!job.isAligned()) noteSpacingAlone(job, written.notes);
-  if (!job.file.info().metadata.space.empty()) written.notes.emplace_back("what the axes of the world are is not kept");
+  noteSpace(job, written.notes);
   if (job.hasOneMap()) {
     written.map = {.scale = job.channel(0).value_scale, .offset = job.channel(0).value_offset};
   } else {

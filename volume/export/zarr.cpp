@@ -148,11 +148,9 @@ std::vector<ExportJob> levelsOf(const ExportJob& job) {
 
 void noteZarrLosses(const ExportJob& job, Written& written) {
   if (!job.isAligned()) noteSpacingAlone(job, written.notes);
-  if (!job.file.info().metadata.space.empty()) written.notes.emplace_back("what the axes of the world are is not kept");
+  noteSpace(job, written.notes);
   noteStoredValues(job, written.notes);
-  bool has_units = false;
-  for (std::size_t i = 0; i < job.channels.size(); ++i) has_units = has_units || !job.channel(i).unit.empty();
-  if (has_units) written.notes.emplace_back("units of values are not kept");
+  noteValueUnits(job, written.notes);
 }
 
 }  // namespace

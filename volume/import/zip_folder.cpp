@@ -3,10 +3,7 @@
 
 #include <stdlib.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdio>
-#include <cstring>
 #include <string>
 #include <system_error>
 #include <utility>
@@ -14,6 +11,7 @@
 
 #include "volume/error.h"
 #include "volume/import/zip_file.h"
+#include "volume/plain_file.h"
 
 namespace blockwalk {
 namespace {
@@ -64,10 +62,6 @@ class UnpackedSource final : public Source {
   SourceInfo info_;
 };
 
-struct CloseFile {
-  void operator()(std::FILE* file) const { std::fclose(file); }
-};
-
 // Programs of one system leave such beside the files of others.
 bool isPassedOver(const std::filesystem::path& name) {
   for (const auto& part : name) {
@@ -108,14 +102,10 @@ void unpackAll(const ZipFile& zip, const std::filesystem::path& folder) {
     if (isPassedOver(path)) continue;
     const std::filesystem::path to = folder / path;
     std::filesystem::create_directories(to.parent_path());
-    const std::unique_ptr<std::FILE, CloseFile> file(std::fopen(to.c_str(), "wbx"));
-    if (!file) failData("{}: zip: '{}' cannot be unpacked: {}", zip.name(), path.string(), std::strerror(errno));
-    zip.unpack(entry, fmt::format("{}: {}", zip.name(), path.string()), [&](std::span<const std::byte> piece) {
-      if (std::fwrite(piece.data(), 1, piece.size(), file.get()) != piece.size()) {
-        throw std::system_error(errno, std::generic_category(), to.string());
-      }
-    });
-    if (std::fflush(file.get()) != 0) throw std::system_error(errno, std::generic_category(), to.string());
+    PlainFile file(to);
+    zip.unpack(entry, fmt::format("{}: {}", zip.name(), path.string()),
+               [&](std::span<const std::byte> piece) { file.write(piece); });
+    file.close();
   }
 }
 

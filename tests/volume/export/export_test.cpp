@@ -277,20 +277,7 @@ TEST(Export, AFileTakesTheOldOnesPlace) {
 // A volume of 1.6 GB that holds two voxels: neither memory nor the disk takes what it is dense.
 TEST(Export, TakesNeitherTheMemoryNorTheDiskOfTheDenseVolume) {
   const ScratchFolder folder;
-  struct Sparse final : Source {
-    Sparse() {
-      info_.name = "sparse";
-      info_.type = VoxelType::f32;
-      info_.dims = {40000, 100, 100};
-    }
-    const SourceInfo& info() const override { return info_; }
-    void readRows(int z, int y, int /*count*/, std::span<std::byte> out) override {
-      std::ranges::fill(out, std::byte{0});
-      const float one = 1;
-      if (y == 0 && (z == 0 || z == 96)) std::memcpy(out.data(), &one, sizeof one);
-    }
-    SourceInfo info_;
-  } source;
+  LongSource source(100);
   buildVolume(source, folder / "v.bwv", {});
   const VolumeFile file(folder / "v.bwv");
   for (const ExportFormat format : {ExportFormat::nrrd, ExportFormat::raw}) {

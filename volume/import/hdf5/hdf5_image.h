@@ -13,6 +13,7 @@
 #include "volume/import/hdf5/hdf5_chunks.h"
 #include "volume/import/hdf5/hdf5_file.h"
 #include "volume/import/import.h"
+#include "volume/import/part_choice.h"
 #include "volume/source.h"
 
 namespace blockwalk {
@@ -48,9 +49,6 @@ Hdf5Image imageOfDataset(Hdf5File& file, const Hdf5Object& dataset, const Import
 // A part of which z, y, x are the last three axes, or the last two; of no more than that.
 ArrayPart plainPart(const Hdf5Array& array, const std::string& name);
 
-// The step in time that the options choose of `steps`, and a note of it where there are several.
-std::uint64_t chosenStep(const ImportOptions& options, std::uint64_t steps, const std::string& name,
-                         std::vector<std::string>& notes);
 // The level that the options choose of `levels`.
 std::uint64_t chosenLevel(const ImportOptions& options, std::uint64_t levels, const std::string& name);
 

@@ -130,12 +130,7 @@ ArrayPart partByNames(const Hdf5Array& array, const std::vector<std::string>& na
   for (const std::string& axis : names) axes.push_back({.name = axis});
   OmeRoles roles = rolesOf(axes, name);
   // A scale of some other name, of pressure say, is what is left for z: the one axis that is longer than 1.
-  std::vector<std::size_t> others;
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    const bool has_role = roles.part.channel == axis || roles.time == axis ||
-                          std::ranges::find(roles.part.space, std::optional(axis)) != roles.part.space.end();
-    if (!has_role && array.shape[axis] > 1) others.push_back(axis);
-  }
+  const std::vector<std::size_t> others = roles.others(array.shape);
   const auto free = std::ranges::find_if(roles.part.space, [](const auto& axis) { return !axis.has_value(); });
   if (others.size() == 1 && free != roles.part.space.end()) {
     notes.push_back(fmt::format("axis '{}' is taken for {}", names[others[0]], "xyz"[free - roles.part.space.begin()]));
@@ -144,31 +139,16 @@ ArrayPart partByNames(const Hdf5Array& array, const std::vector<std::string>& na
   if (roles.time) {
     roles.part.index[*roles.time] = chosenStep(options, array.shape[*roles.time], name, notes);
   }
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    const bool is_used = roles.part.channel == axis || roles.time == axis ||
-                         std::ranges::find(roles.part.space, std::optional(axis)) != roles.part.space.end();
-    if (!is_used && array.shape[axis] > 1) {
-      notes.push_back(fmt::format("of axis '{}' with {} places it is the first", names[axis], array.shape[axis]));
-    }
+  for (const std::size_t axis : roles.others(array.shape)) {
+    notes.push_back(fmt::format("of axis '{}' with {} places it is the first", names[axis], array.shape[axis]));
   }
   return roles.part;
 }
 
 void setSizes(const Hdf5Array& array, const std::string& name, ArrayPart& part, std::vector<std::string>& notes) {
-  std::array<std::int64_t, 3> dims{1, 1, 1};
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (part.space[i])
-      dims[i] = static_cast<std::int64_t>(std::min<std::uint64_t>(array.shape[*part.space[i]], INT64_MAX));
-  }
-  part.dims = checkedDims(dims[0], dims[1], dims[2], name, "shape");
-  for (std::size_t axis = 0; axis < array.rank(); ++axis) {
-    if (array.shape[axis] == 0) failData("{}: is empty: {}", name, array.described());
-  }
-  if (!part.channel) return;
-  const std::uint64_t channels = array.shape[*part.channel];
-  part.channels = std::min<std::uint64_t>(channels, kMaxChannels);
-  if (channels > part.channels) {
-    notes.push_back(fmt::format("of {} channels it has the first {}", channels, part.channels));
+  setPartSizes(array.shape, name, part, notes);
+  for (const std::uint64_t size : array.shape) {
+    if (size == 0) failData("{}: is empty: {}", name, array.described());
   }
 }
 
@@ -217,15 +197,6 @@ void setValues(const Hdf5Object& dataset, const ArrayPart& part, Hdf5Image& imag
 }
 
 }  // namespace
-
-std::uint64_t chosenStep(const ImportOptions& options, std::uint64_t steps, const std::string& name,
-                         std::vector<std::string>& notes) {
-  const auto step = static_cast<std::uint64_t>(options.time.value_or(0));
-  if (steps == 0) failData("{}: has no steps in time", name);
-  if (step >= steps) failData("{}: time {} is asked for, must be 0..{}", name, step, steps - 1);
-  if (steps > 1) notes.push_back(fmt::format("of the {} steps in time it is number {}; --time chooses", steps, step));
-  return step;
-}
 
 std::uint64_t chosenLevel(const ImportOptions& options, std::uint64_t levels, const std::string& name) {
   const auto level = static_cast<std::uint64_t>(options.level.value_or(0));

@@ -87,6 +87,16 @@ OmeMap readOmeMap(const ZarrField& transform, std::size_t rank) {
   return map;
 }
 
+std::vector<std::size_t> OmeRoles::others(const std::vector<std::uint64_t>& shape) const {
+  std::vector<std::size_t> others;
+  for (std::size_t axis = 0; axis < shape.size(); ++axis) {
+    const bool is_used =
+        part.channel == axis || time == axis || std::ranges::find(part.space, std::optional(axis)) != part.space.end();
+    if (!is_used && shape[axis] > 1) others.push_back(axis);
+  }
+  return others;
+}
+
 OmeRoles rolesOf(const std::vector<OmeAxis>& axes, const std::string& file) {
   OmeRoles roles;
   roles.part.index.assign(axes.size(), 0);

@@ -38,6 +38,8 @@ OmeMap readOmeMap(const ZarrField& transform, std::size_t rank);
 struct OmeRoles {
   ArrayPart part;  // without dims and channels
   std::optional<std::size_t> time;
+  // Those of `shape` that are none of these and longer than 1.
+  std::vector<std::size_t> others(const std::vector<std::uint64_t>& shape) const;
 };
 OmeRoles rolesOf(const std::vector<OmeAxis>& axes, const std::string& file);
 

@@ -12,6 +12,7 @@
 #include "volume/import/convert/color_source.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
+#include "volume/import/part_choice.h"
 #include "volume/import/zarr/ome_image.h"
 #include "volume/import/zarr/zarr_chunks.h"
 #include "volume/import/zarr/zarr_store.h"
@@ -47,28 +48,11 @@ ArrayPart choosePart(const ZarrArray& array, const std::vector<OmeAxis>& axes, c
                      std::vector<std::string>& notes) {
   const OmeRoles roles = rolesOf(axes, array.file);
   ArrayPart part = roles.part;
-  std::array<std::int64_t, 3> dims{1, 1, 1};
-  for (std::size_t i = 0; i < 3; ++i) {
-    if (part.space[i]) dims[i] = static_cast<std::int64_t>(array.shape[*part.space[i]]);
-  }
-  part.dims = checkedDims(dims[0], dims[1], dims[2], array.file, "shape");
-  if (part.channel) {
-    const std::uint64_t channels = array.shape[*part.channel];
-    part.channels = std::min<std::uint64_t>(channels, kMaxChannels);
-    if (channels > part.channels)
-      notes.push_back(fmt::format("of {} channels it has the first {}", channels, part.channels));
-  }
-  const std::uint64_t steps = roles.time ? array.shape[*roles.time] : 1;
-  const auto step = static_cast<std::uint64_t>(options.time.value_or(0));
-  if (step >= steps) failData("{}: time {} is asked for, must be 0..{}", array.file, step, steps - 1);
+  setPartSizes(array.shape, array.file, part, notes);
+  const std::uint64_t step = chosenStep(options, roles.time ? array.shape[*roles.time] : 1, array.file, notes);
   if (roles.time) part.index[*roles.time] = step;
-  if (steps > 1) notes.push_back(fmt::format("of the {} steps in time it is number {}; --time chooses", steps, step));
-  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
-    const bool is_used = part.channel == axis || roles.time == axis ||
-                         std::ranges::find(part.space, std::optional(axis)) != part.space.end();
-    if (!is_used && array.shape[axis] > 1) {
-      notes.push_back(fmt::format("of axis '{}' with {} places it is the first", axes[axis].name, array.shape[axis]));
-    }
+  for (const std::size_t axis : roles.others(array.shape)) {
+    notes.push_back(fmt::format("of axis '{}' with {} places it is the first", axes[axis].name, array.shape[axis]));
   }
   return part;
 }

@@ -4,28 +4,25 @@
 
 compare_with_mrcfile.py BLOCKWALK [--cases 40] [--seed 1]
 """
-import argparse
-import json
 import os
 import random
-import subprocess
 import sys
 import tempfile
 
 import mrcfile
 import numpy as np
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from comparison import arguments_of, imported
+
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("blockwalk")
-    parser.add_argument("--cases", type=int, default=40)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = arguments_of(__doc__, cases=40)
     arguments = parser.parse_args()
     rng = random.Random(arguments.seed)
     numbers = np.random.default_rng(arguments.seed)
     with tempfile.TemporaryDirectory() as folder:
-        path, volume, raw = (os.path.join(folder, name) for name in ("a.mrc", "a.bwv", "a.raw"))
+        path = os.path.join(folder, "a.mrc")
         for case in range(arguments.cases):
             dtype = rng.choice(["i1", "i2", "u2", "f2", "f4"])
             shape = [rng.randint(1, 30) for _ in range(3)]
@@ -38,16 +35,8 @@ def main():
                 file.header.origin = (1.5, -2.0, 3.0)
                 if rng.random() < 0.5:
                     file.set_extended_header(np.zeros(rng.choice([80, 1024]), "V1"))
-            for name in (volume, raw):
-                if os.path.exists(name):
-                    os.remove(name)
-            subprocess.run([arguments.blockwalk, "import", path, "-o", volume, "--verify"], check=True, capture_output=True)
-            info = json.loads(subprocess.run([arguments.blockwalk, "info", "--json", volume], check=True,
-                                             capture_output=True).stdout)
-            subprocess.run([arguments.blockwalk, "export", volume, "-o", raw], check=True, capture_output=True)
-            kind = {"u8": "i1", "u16": "<i2" if dtype == "i2" else "<u2", "f32": "<f4"}[info["type"]]
-            got = np.fromfile(raw, kind).reshape(shape)
-            if not np.array_equal(got.astype("f4"), data.astype("f4")) or not np.allclose(info["spacing"], size, atol=1e-6):
+            info, got = imported(arguments.blockwalk, path, folder)
+            if not np.array_equal(got[0], data.astype("f4")) or not np.allclose(info["spacing"], size, atol=1e-6):
                 sys.exit(f"case {case}: {dtype} {shape} {size}: differs, spacing {info['spacing']}")
             first = [row[3] + sum(row[:3]) / 2 for row in info["world_from_index"][:3]]
             if not np.allclose(first, [1.5, -2.0, 3.0], atol=1e-6):

@@ -8,9 +8,7 @@ Types, byte orders, layouts, both kinds of index, chunks that are not there, use
 they are installed (hdf5-filter-plugin, hdf5-filter-plugin-blosc-serial, bitshuffle) also lz4, bzip2, blosc and bitshuffle
 as their own authors' plugins write them.
 """
-import argparse
 import itertools
-import json
 import os
 import random
 import subprocess
@@ -22,6 +20,9 @@ import numpy as np
 
 TYPES = ["u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f2", "f4", "f8", "b1"]
 USED = set()  # registered filters of other authors
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from comparison import arguments_of, check, imported
 
 
 def plugin_filters(rng):
@@ -94,31 +95,8 @@ def write(rng, path, dtype, array):
         return held
 
 
-def imported(blockwalk, path, folder, flags=()):
-    volume, raw = os.path.join(folder, "v.bwv"), os.path.join(folder, "v.raw")
-    for name in (volume, raw):
-        if os.path.exists(name):
-            os.remove(name)
-    subprocess.run([blockwalk, "import", path, "-o", volume, "--verify", *flags], check=True, capture_output=True)
-    info = json.loads(subprocess.run([blockwalk, "info", "--json", volume], check=True, capture_output=True).stdout)
-    subprocess.run([blockwalk, "export", volume, "-o", raw], check=True, capture_output=True)
-    kind = {"u8": "u1", "u16": "<u2", "f32": "<f4"}[info["type"]]
-    if info["channels"][0]["value_offset"] != 0:
-        kind = kind.replace("u", "i")  # what was signed comes out signed
-    return np.fromfile(raw, kind).reshape([len(info["channels"])] + info["dims"][::-1]).astype("f4")
-
-
-def check(name, got, wanted):
-    wanted = wanted.astype("f4")
-    if got.size != wanted.size or not np.array_equal(got.reshape(wanted.shape), wanted):
-        sys.exit(f"{name}: differs: {got.shape} {wanted.shape}")
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("blockwalk")
-    parser.add_argument("--cases", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = arguments_of(__doc__)
     arguments = parser.parse_args()
     rng = random.Random(arguments.seed)
     with tempfile.TemporaryDirectory() as folder:
@@ -137,7 +115,7 @@ def main():
             if channels > 1 and channels_last:
                 held = np.moveaxis(held, -1, 0)
             try:
-                check(name, imported(arguments.blockwalk, path, folder), held)
+                check(name, imported(arguments.blockwalk, path, folder)[1], held)
             except subprocess.CalledProcessError as error:
                 sys.exit(f"{name}: {error.stderr.decode()}")
             os.remove(path)

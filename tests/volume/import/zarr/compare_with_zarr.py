@@ -7,7 +7,6 @@ compare_with_zarr.py BLOCKWALK [--cases 200] [--seed 1] [--data FOLDER]
 Version 2 is written by zarr itself; version 3 by the few lines below, with numcodecs for what packs chunks. --data: a
 folder of OME-Zarr images (.zattrs with multiscales), whose levels are read by zarr and compared too.
 """
-import argparse
 import itertools
 import json
 import os
@@ -23,6 +22,9 @@ import zarr
 TYPES = ["u1", "i1", "u2", "i2", "u4", "i4", "u8", "i8", "f2", "f4", "f8", "b1"]
 V3 = {"u1": "uint8", "i1": "int8", "u2": "uint16", "i2": "int16", "u4": "uint32", "i4": "int32", "u8": "uint64",
       "i8": "int64", "f2": "float16", "f4": "float32", "f8": "float64", "b1": "bool"}
+
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), ".."))
+from comparison import arguments_of, check, imported
 
 
 def compressors(rng):
@@ -128,31 +130,8 @@ def write_v3(rng, path, array, chunks, fill):
             file.write(b"".join(parts))
 
 
-def imported(blockwalk, path, folder, flags=()):
-    volume, raw = os.path.join(folder, "v.bwv"), os.path.join(folder, "v.raw")
-    for name in (volume, raw):
-        if os.path.exists(name):
-            os.remove(name)
-    subprocess.run([blockwalk, "import", path, "-o", volume, "--verify", *flags], check=True, capture_output=True)
-    info = json.loads(subprocess.run([blockwalk, "info", "--json", volume], check=True, capture_output=True).stdout)
-    subprocess.run([blockwalk, "export", volume, "-o", raw], check=True, capture_output=True)
-    kind = {"u8": "u1", "u16": "<u2", "f32": "<f4"}[info["type"]]
-    if info["channels"][0]["value_offset"] != 0:
-        kind = kind.replace("u", "i")  # what was signed comes out signed
-    return np.fromfile(raw, kind).reshape([len(info["channels"])] + info["dims"][::-1]).astype("f4")
-
-
-def check(name, got, wanted):
-    wanted = wanted.astype("f4")
-    if got.shape[-wanted.ndim:] != wanted.shape or not np.array_equal(got.reshape(wanted.shape), wanted):
-        sys.exit(f"{name}: differs: {got.shape} {wanted.shape}")
-
-
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("blockwalk")
-    parser.add_argument("--cases", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = arguments_of(__doc__)
     parser.add_argument("--data")
     arguments = parser.parse_args()
     rng = random.Random(arguments.seed)
@@ -169,7 +148,7 @@ def main():
             path = os.path.join(folder, f"case{case}.zarr")
             (write_v2 if version == 2 else write_v3)(rng, path, array, chunks, fill)
             try:
-                check(f"case {case} v{version} {dtype} {shape} {chunks}", imported(arguments.blockwalk, path, folder), array)
+                check(f"case {case} v{version} {dtype} {shape} {chunks}", imported(arguments.blockwalk, path, folder)[1], array)
             except subprocess.CalledProcessError as error:
                 sys.exit(f"case {case} v{version} {dtype} {shape} {chunks}: {error.stderr.decode()}")
         print(f"{arguments.cases} stores: every value equal")
@@ -187,7 +166,7 @@ def compare_data(arguments, folder):
             for level, dataset in enumerate(multiscale["datasets"]):
                 array = zarr.open(os.path.join(root, dataset["path"]), mode="r")[...]
                 wanted = array.transpose(sorted(range(array.ndim), key=lambda axis: "tczyx".index(axes[axis])))
-                check(f"{root} {level}", imported(arguments.blockwalk, root, folder, ["--level", str(level)]), wanted)
+                check(f"{root} {level}", imported(arguments.blockwalk, root, folder, ["--level", str(level)])[1], wanted)
                 print(f"{root} level {level}: {wanted.size} values equal, greatest {wanted.max()}")
 
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "volume/export/nano_tree.h"
+#include "volume/export/nano_leaves.h"
 
 #include <algorithm>
 #include <bit>

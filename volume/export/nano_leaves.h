@@ -12,12 +12,13 @@
 
 #include "volume/export/box_reader.h"
 #include "volume/export/export_job.h"
+#include "volume/formats/nano_layout.h"
 
 namespace blockwalk {
 
-constexpr int kNanoLeafSide = 8;
-constexpr int kNanoLowerSide = 128;  // voxels; 16^3 leaves
-constexpr int kNanoUpperSide = 4096;
+// Voxels; 16^3 leaves are a lower node.
+constexpr int kNanoLeafSide = 1 << nano::kNodeVoxelsLog2[2];
+constexpr int kNanoLowerSide = 1 << nano::kNodeVoxelsLog2[1];
 
 // Of what is not empty: both corners, with them, and least and greatest value.
 struct NanoExtent {
