@@ -37,7 +37,13 @@ file(REMOVE_RECURSE ${WORK}/page)
 execute("bundling" ${tools}/esbuild src/main.ts src/style.css --entry-names=[name] --bundle --minify --format=esm
   --target=es2022 --charset=utf8 --log-level=warning --outdir=${WORK}/page)
 file(RENAME ${WORK}/page/main.js ${WORK}/page/app.js)
-file(COPY ${SOURCE}/src/index.html ${SOURCE}/src/icon.svg DESTINATION ${WORK}/page)
+file(COPY ${SOURCE}/src/icon.svg DESTINATION ${WORK}/page)
+file(READ ${SOURCE}/src/index.html html)
+foreach(part sprite dialogs)
+  file(READ ${SOURCE}/src/${part}.html text)
+  string(REPLACE "  <!-- ${part} -->\n" "${text}" html "${html}")
+endforeach()
+file(WRITE ${WORK}/page/index.html "${html}")
 
 file(GLOB tests ${WORK}/source/test/*.test.ts)
 set(for_node --bundle --format=esm --platform=node --target=node18 --packages=external --sourcemap=inline

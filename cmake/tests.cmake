@@ -3,7 +3,7 @@
 # in PARTS ("name=gtest filter", and a last one, `rest`, of what is in none): the cases of one process share scenes and
 # kernels, which a process each would build and compile again and again. SHARES: sources of other rooms.
 find_package(GTest REQUIRED)
-pkg_check_modules(WEBPMUX REQUIRED IMPORTED_TARGET libwebpmux)
+
 include(GoogleTest)
 
 function(add_room_test room)
@@ -31,8 +31,8 @@ function(add_room_test room)
   if(ARG_WHOLE)
     set(parts all=*)
   elseif(ARG_PARTS)
-    string(REGEX REPLACE "(^|;)[^=]*=" ":" filters "${ARG_PARTS}")
-    string(REGEX REPLACE "^:" "" filters "${filters}")
+    list(TRANSFORM ARG_PARTS REPLACE "^[^=]*=" "" OUTPUT_VARIABLE filters)
+    list(JOIN filters ":" filters)
     set(parts ${ARG_PARTS} "rest=-${filters}")
   endif()
   foreach(part IN LISTS parts)
@@ -75,7 +75,7 @@ if(NANOVDB_INCLUDES)
 endif()
 set_source_files_properties(${vdb_tests}/vdb_test.cpp ${nanovdb_tests} PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 add_room_test(view TIMEOUT 60 LIBRARIES view)
-add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP)
+add_room_test(protocol TIMEOUT 120 LIBRARIES protocol PNG::PNG PkgConfig::WEBP PkgConfig::WEBPDEMUX)
 # Scenes of one type of voxel draw with the same kernels.
 add_room_test(renderer DRAWS TIMEOUT 2400 LIBRARIES renderer protocol reference PARTS
   "rgba8=*/rgba8:*/fossil:*/grass" "u8=*/u8_flat:*/flair" "u16=*/u16_oblique:*/head" "f32=*/f32_mirrored:*/smoke:*/fetal_t2")
@@ -96,6 +96,14 @@ add_room_test(server DRAWS TIMEOUT 300 LIBRARIES server spdlog::spdlog)
 add_room_test(cli DRAWS TIMEOUT 300 LIBRARIES protocol OpenSSL::SSL)
 if(TARGET test_cli)
   add_dependencies(test_cli blockwalk)
+endif()
+
+# clients/python, with a daemon.
+find_program(PYTHON3 python3)
+if(PYTHON3 AND TARGET blockwalkd)
+  add_test(NAME python.client COMMAND ${CMAKE_COMMAND} -E env BLOCKWALK_BIN=$<TARGET_FILE_DIR:blockwalkd>
+    ${PYTHON3} ${CMAKE_CURRENT_SOURCE_DIR}/tests/python/client_test.py)
+  set_tests_properties(python.client PROPERTIES TIMEOUT 300 LABELS python)
 endif()
 
 # Fuzz targets: with BLOCKWALK_FUZZ they are libFuzzer programs; always they run over seeds and seeded mutations.
@@ -138,9 +146,17 @@ endif()
 
 if(BLOCKWALK_WEB)
   find_program(NODE node REQUIRED)
-  # Without arguments node runs the *.test.mjs below its folder; a folder as argument means different things to node 20 and 22.
-  add_test(NAME web.unit COMMAND ${NODE} --test WORKING_DIRECTORY ${CMAKE_CURRENT_BINARY_DIR}/web/test)
+  # A test each of its files, one browser at a time.
+  file(GLOB web_tests CONFIGURE_DEPENDS ${CMAKE_CURRENT_SOURCE_DIR}/clients/web/test/*.test.ts)
+  foreach(file ${web_tests})
+    get_filename_component(name ${file} NAME_WE)
+    add_test(NAME web.${name} COMMAND ${NODE} --test ${CMAKE_CURRENT_BINARY_DIR}/web/test/${name}.test.mjs)
+    set_tests_properties(web.${name} PROPERTIES TIMEOUT 600 LABELS web)
+    if(name MATCHES "^page")
+      set_tests_properties(web.${name} PROPERTIES COST 600 RESOURCE_LOCK browser)
+    endif()
+  endforeach()
   add_test(NAME web.browser COMMAND ${CMAKE_COMMAND} -E env BLOCKWALK_BIN=$<TARGET_FILE_DIR:blockwalkd>
     ${NODE} --test ${CMAKE_CURRENT_BINARY_DIR}/web/browser_test.mjs)
-  set_tests_properties(web.unit web.browser PROPERTIES TIMEOUT 600 COST 600 LABELS web)
+  set_tests_properties(web.browser PROPERTIES TIMEOUT 600 COST 600 LABELS web RESOURCE_LOCK browser)
 endif()

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "volume/error.h"
 
@@ -96,23 +97,35 @@ int levelCount(glm::ivec3 dims, int block_voxels) {
   return count;
 }
 
-std::array<glm::dvec3, 8> worldCorners(const VolumeInfo& info) {
+namespace {
+
+std::array<glm::dvec3, 8> cornersOf(const VolumeInfo& info, const VoxelBox& box) {
   std::array<glm::dvec3, 8> corners;
   for (int i = 0; i < 8; ++i) {
-    const glm::dvec4 index(glm::dvec3(info.dims) * glm::dvec3(i & 1, i >> 1 & 1, i >> 2), 1);
-    corners[static_cast<std::size_t>(i)] = glm::dvec3(info.world_from_index * index);
+    const glm::ivec3 corner = box.begin + box.dims() * glm::ivec3(i & 1, i >> 1 & 1, i >> 2);
+    corners[static_cast<std::size_t>(i)] = glm::dvec3(info.world_from_index * glm::dvec4(corner, 1));
   }
   return corners;
 }
 
-WorldBox worldBox(const VolumeInfo& info) {
+}  // namespace
+
+std::array<glm::dvec3, 8> worldCorners(const VolumeInfo& info) { return cornersOf(info, {.end = info.dims}); }
+
+WorldBox worldBox(const VolumeInfo& info) { return worldBox(info, {.end = info.dims}); }
+
+WorldBox worldBox(const VolumeInfo& info, const VoxelBox& voxels) {
   WorldBox box{.min = glm::dvec3(std::numeric_limits<double>::infinity()),
                .max = glm::dvec3(-std::numeric_limits<double>::infinity())};
-  for (const glm::dvec3& corner : worldCorners(info)) {
+  for (const glm::dvec3& corner : cornersOf(info, voxels)) {
     box.min = glm::min(box.min, corner);
     box.max = glm::max(box.max, corner);
   }
   return box;
+}
+
+VoxelBox nonemptyBox(const VolumeInfo& info) {
+  return info.nonempty.isEmpty() ? VoxelBox{.end = info.dims} : info.nonempty;
 }
 
 double unitDistance(const VolumeInfo& info) {
@@ -121,13 +134,15 @@ double unitDistance(const VolumeInfo& info) {
 }
 
 double highDensity(VoxelType type, const ChannelInfo& channel) {
-  if (channel.nonempty_voxels == 0) return static_cast<double>(emptyValue(type, channel));
+  // Of all steps, where there are several: their number of voxels is that of the histogram.
+  const std::uint64_t voxels = std::accumulate(channel.histogram.begin(), channel.histogram.end(), std::uint64_t{0});
+  if (voxels == 0) return static_cast<double>(emptyValue(type, channel));
   const double lo = static_cast<double>(channel.histogram_lo);
   const double width = (static_cast<double>(channel.histogram_hi) - lo) / kHistogramBins;
   std::uint64_t below = 0;
   for (int bin = 0; bin < kHistogramBins; ++bin) {
     below += channel.histogram[static_cast<std::size_t>(bin)];
-    if (static_cast<double>(below) < kHighShare * static_cast<double>(channel.nonempty_voxels)) continue;
+    if (static_cast<double>(below) < kHighShare * static_cast<double>(voxels)) continue;
     return std::min(lo + (bin + 1) * width, static_cast<double>(channel.density_max));
   }
   return static_cast<double>(channel.density_max);

@@ -13,12 +13,14 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <limits>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "volume/voxel.h"
+#include "volume/voxel_box.h"
 
 namespace blockwalk {
 
@@ -28,6 +30,7 @@ constexpr int kMaxBlockSide = 6;   // subblocks; 6^3 = 216 indices fit 8 bits
 constexpr int kRangeMaskBins = 8;  // Vulkan instance masks have 8 bits (Derin et al. 2021, 2.3)
 constexpr int kHistogramBins = 256;
 constexpr int kMaxChannels = 4;
+constexpr int kMaxSteps = 16384;             // in time, of a file
 constexpr std::size_t kMaxNameBytes = 1024;  // of the source, of a label, of what else is for people
 constexpr std::size_t kMaxChannelNameBytes = 64;
 
@@ -53,6 +56,7 @@ enum class ChannelValues : std::uint8_t { intensity = 0, labels = 1 };
 // How the voxels of a block are packed in the file; one that would not get shorter is raw whatever was asked for.
 enum class Codec : std::uint8_t { raw = 0, lz4 = 1, zstd = 2 };
 constexpr std::size_t kCodecs = 3;
+constexpr std::uint64_t kMostCountedPages = std::uint64_t{1} << 20;  // when a file is opened
 
 using Color = std::array<std::uint8_t, 3>;
 
@@ -113,7 +117,12 @@ struct VolumeInfo {
   std::vector<LevelInfo> levels;                                    // [0] is the finest
   std::vector<LevelInfo> maxima;                                    // [0] is level kFirstMaximaLevel; or none
   std::vector<ChannelInfo> channels = std::vector<ChannelInfo>(1);  // 1..kMaxChannels
-  std::array<std::uint64_t, kCodecs> pages{};  // by Codec: of all levels, forms and channels, a block each
+  int steps = 1;  // in time, of the file; all on this grid. Densities and histograms of the channels are of all of them
+  // By Codec: of all levels, forms and channels, a block each. All 0 where they are more than kMostCountedPages.
+  std::array<std::uint64_t, kCodecs> pages{};
+  // Voxels of level 0, of all steps: the non-empty ones lie inside (volume/file/nonempty_box.h). Empty where there are
+  // none; see nonemptyBox().
+  VoxelBox nonempty{};
 
   // The level must have that form.
   const LevelInfo& level(int number, Form form) const {
@@ -156,11 +165,33 @@ struct Block {
   std::uint64_t first_subblock = 0;  // in Level::subblocks; the block's subblocks are consecutive
   // Bit i: local subblock i = x + block_side * (y + block_side * z) is stored. Stored ones keep that order.
   std::array<std::uint64_t, 4> occupancy{};
+  // The same of those that have voxels in the file, of which the first is this to VolumeFile::readVoxels().
+  std::array<std::uint64_t, 4> stored{};
+  std::uint64_t first_stored = 0;
   // -x +x -y +y -z +z: index in Level::blocks, or kNoBlock
   std::array<std::uint32_t, 6> neighbours{kNoBlock, kNoBlock, kNoBlock, kNoBlock, kNoBlock, kNoBlock};
 };
 
-// The records of one level, without its voxels.
+// Blocks of a level whose origins lie in [begin, end), in blocks; all of them unless it is said.
+struct BlockWindow {
+  glm::ivec3 begin{0};
+  glm::ivec3 end{std::numeric_limits<int>::max()};
+
+  bool contains(glm::ivec3 origin) const {
+    return glm::all(glm::greaterThanEqual(origin, begin)) && glm::all(glm::lessThan(origin, end));
+  }
+  // Whether that is all of a lattice.
+  bool holds(glm::ivec3 lattice_dims) const {
+    return glm::all(glm::lessThanEqual(begin, glm::ivec3(0))) && glm::all(glm::greaterThanEqual(end, lattice_dims));
+  }
+  // With the blocks that touch those inside.
+  BlockWindow grown() const {
+    return {.begin = begin - 1, .end = glm::min(end, glm::ivec3(std::numeric_limits<int>::max() - 1)) + 1};
+  }
+  bool operator==(const BlockWindow&) const = default;
+};
+
+// The records of one level, or of those of its blocks that lie in a window, without its voxels.
 struct Level {
   LevelInfo info;
   std::vector<Block> blocks;
@@ -188,6 +219,10 @@ struct WorldBox {
   glm::dvec3 max{0};
 };
 WorldBox worldBox(const VolumeInfo& info);
+WorldBox worldBox(const VolumeInfo& info, const VoxelBox& box);
+// What is to be in a picture of the volume where nobody says otherwise: where it holds something; where it holds
+// nothing, all of it.
+VoxelBox nonemptyBox(const VolumeInfo& info);
 // World corners of the volume, which need not be those of its box; x changes first.
 std::array<glm::dvec3, 8> worldCorners(const VolumeInfo& info);
 double unitDistance(const VolumeInfo& info);

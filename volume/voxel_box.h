@@ -4,8 +4,6 @@
 #include <cstdint>
 #include <glm/glm.hpp>
 
-#include "volume/volume.h"
-
 namespace blockwalk {
 
 // Voxels from `begin` up to and without `end`, on each axis.
@@ -14,7 +12,18 @@ struct VoxelBox {
   glm::ivec3 end{0};
 
   glm::ivec3 dims() const { return end - begin; }
-  std::uint64_t voxels() const { return cellCount(dims()); }
+  std::uint64_t voxels() const {
+    const glm::u64vec3 sides(dims());
+    return sides.x * sides.y * sides.z;
+  }
+  bool isEmpty() const { return glm::any(glm::lessThanEqual(end, begin)); }
+  // The least box that has both.
+  void include(const VoxelBox& other) {
+    if (other.isEmpty()) return;
+    const bool was_empty = isEmpty();
+    begin = was_empty ? other.begin : glm::min(begin, other.begin);
+    end = was_empty ? other.end : glm::max(end, other.end);
+  }
   bool operator==(const VoxelBox&) const = default;
 };
 

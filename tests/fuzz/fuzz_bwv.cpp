@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,17 +14,19 @@
 #include "tests/fuzz/target.h"
 #include "tests/volume/file/seal.h"
 #include "tests/volume/memory_source.h"
-#include "volume/build/builder.h"
+#include "volume/build/steps_builder.h"
 #include "volume/error.h"
+#include "volume/file/checksum.h"
 #include "volume/file/file.h"
+#include "volume/file/header.h"
+#include "volume/file/steps.h"
 
 namespace {
 
 using namespace blockwalk;
 
-void readAll(const MemoryFile& memory) {
+void readStep(const VolumeFile& file) {
   try {
-    const VolumeFile file(memory.path());
     const VolumeInfo& info = file.info();
     const std::uint64_t each = info.subblockVoxels() * voxelBytes(info.type);
     for (int number = 0; number < static_cast<int>(info.levels.size()); ++number) {
@@ -44,12 +47,40 @@ void readAll(const MemoryFile& memory) {
   }
 }
 
-// Makes the length and every checksum right.
-void sealFile(std::vector<std::byte>& bytes) {
+void readAll(const MemoryFile& memory) {
+  try {
+    const VolumeFile file(memory.path());
+    readStep(file);
+    constexpr int kMostRead = 8;
+    for (int step = 1; step < std::min(file.info().steps, kMostRead); ++step) readStep(file.atStep(step));
+  } catch (const DataError&) {
+  }
+}
+
+// Makes the length and every checksum of a volume right.
+void sealVolume(std::span<std::byte> bytes) {
   if (bytes.size() < sizeof(FileHeader)) return;
-  const auto length = static_cast<std::uint64_t>(bytes.size());
-  std::memcpy(bytes.data() + offsetof(FileHeader, file_bytes), &length, sizeof length);
+  volume_test::putAt(bytes, offsetof(FileHeader, file_bytes), static_cast<std::uint64_t>(bytes.size()));
   volume_test::seal(bytes);
+}
+
+// And of a file of several steps, each of its volumes that lies inside.
+void sealFile(std::span<std::byte> bytes) {
+  if (!beginsSteps(bytes) || bytes.size() < sizeof(StepsHeader)) return sealVolume(bytes);
+  auto header = volume_test::valueAt<StepsHeader>(bytes, 0);
+  constexpr std::uint32_t kMostSealed = 8;
+  for (std::uint32_t i = 0; i < std::min(header.step_count, kMostSealed); ++i) {
+    const std::size_t at = sizeof header + i * sizeof(StepPlace);
+    if (at + sizeof(StepPlace) > bytes.size()) break;
+    const auto place = volume_test::valueAt<StepPlace>(bytes, at);
+    if (!volume_test::liesInside(bytes, {.offset = place.offset, .bytes = place.bytes})) continue;
+    sealVolume(bytes.subspan(place.offset, place.bytes));
+  }
+  header.file_bytes = bytes.size();
+  header.header_checksum = 0;
+  volume_test::putAt(bytes, 0, header);
+  header.header_checksum = checksumOf(bytes.first(std::min<std::size_t>(header.header_bytes, bytes.size())));
+  volume_test::putAt(bytes, 0, header);
 }
 
 }  // namespace
@@ -96,5 +127,12 @@ std::vector<std::string> fuzzSeeds() {
     buildVolume(source, folder / "seed.bwv", {.subblock_side = 8, .block_side = 2, .codec = codec});
     seeds.push_back(volume_test::readBytes(folder / "seed.bwv"));
   }
+  StepsBuilder builder(folder / "steps.bwv", 2);
+  for (unsigned step = 0; step < 2; ++step) {
+    volume_test::MemorySource source = volume_test::randomSource(VoxelType::u8, {9, 11, 8}, 3 + step);
+    builder.add(source, {.subblock_side = 4, .block_side = 2});
+  }
+  builder.finish();
+  seeds.push_back(volume_test::readBytes(folder / "steps.bwv"));
   return seeds;
 }

@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <cerrno>
 #include <cmath>
+#include <optional>
 #include <system_error>
+#include <utility>
 
-#include "volume/build/budget.h"
+#include "volume/build/build_into.h"
 #include "volume/build/levels.h"
 #include "volume/build/scan.h"
 #include "volume/build/workers.h"
@@ -19,6 +21,8 @@
 
 namespace blockwalk {
 namespace {
+
+constexpr std::size_t kFewValues = 16;
 
 void checkChannels(const SourceInfo& source) {
   const std::size_t count = source.channels.size();
@@ -132,7 +136,8 @@ VolumeInfo checkedGrid(const SourceInfo& source, const BuildOptions& options) {
 }
 
 // And what the densities are, once all were read.
-VolumeInfo describeScanned(VolumeInfo info, const Scan& scan, const BuildOptions& options) {
+VolumeInfo describeScanned(VolumeInfo info, const Scan& scan, const BuildOptions& options,
+                           std::vector<std::size_t>& guessed_otherwise) {
   for (std::size_t i = 0; i < info.channels.size(); ++i) {
     ChannelInfo& channel = info.channels[i];
     scan.statistics[i].describe(channel, scan.thresholds[i], options.mask_bins);
@@ -141,6 +146,13 @@ VolumeInfo describeScanned(VolumeInfo info, const Scan& scan, const BuildOptions
     if (options.values == ValuesRule::intensity) channel.values = ChannelValues::intensity;
     if (options.values == ValuesRule::guess && channel.values != ChannelValues::labels) {
       channel.values = scan.guesses[i].guess(scan.statistics[i].distinctAbove(channel.empty_threshold));
+    }
+    if (!options.channel_values.empty() && options.channel_values.at(i) != channel.values) {
+      // Few values are nobody's amounts and may be anybody's labels.
+      const bool is_sure = channel.values == ChannelValues::labels ||
+                           scan.statistics[i].distinctAbove(channel.empty_threshold) > kFewValues;
+      if (options.values == ValuesRule::guess && is_sure) guessed_otherwise.push_back(i);
+      channel.values = options.channel_values[i];
     }
     if (channel.values == ChannelValues::labels && options.mask_bins == MaskBins::automatic) {
       scan.statistics[i].describe(channel, scan.thresholds[i], MaskBins::quantile);
@@ -178,23 +190,40 @@ void checkPath(const std::filesystem::path& path) {
 }  // namespace
 
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options) {
-  const VolumeInfo grid = checkedGrid(source.info(), options);
-  const int processors = hostProcessors().to_use;
-  return buildVolume(source, path, options,
-                     budgetOf(grid, source.info().random_access, options.memory_bytes, processors));
+  return buildVolume(source, path, options, budgetFor(source, options));
 }
 
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options,
                         const BuildBudget& budget) {
+  std::optional<OutputFile> file;
+  BuildReport report = buildInto(source, path, options, budget,
+                                 [&]() -> WritePlace { return {.file = file.emplace(path), .begin = 0}; });
+  if (options.accept) options.accept(file->partialPath());
+  file->commit();
+  report.leftovers = file->leftovers();
+  return report;
+}
+
+BuildBudget budgetFor(const Source& source, const BuildOptions& options) {
+  const VolumeInfo grid = checkedGrid(source.info(), options);
+  return budgetOf(grid, source.info().random_access, options.memory_bytes, hostProcessors().to_use);
+}
+
+BuildReport buildInto(Source& source, const std::filesystem::path& path, const BuildOptions& options,
+                      const BuildBudget& budget, const std::function<WritePlace()>& place) {
   const VolumeInfo grid = checkedGrid(source.info(), options);
   checkPath(path);
   const std::filesystem::path folder = folderOf(path);
 
   Workers workers(budget.workers);
   Scan scan = scanSource(source, grid, options, budget, folder, workers);
-  const VolumeInfo scanned = describeScanned(grid, scan, options);
+  std::vector<std::size_t> guessed_otherwise;
+  const VolumeInfo scanned = describeScanned(grid, scan, options, guessed_otherwise);
   BuiltLevels built = buildLevels(scan, scanned, budget, folder, options, workers);
-  return writeVolume(path, describeBuilt(scanned, built), built, *scan.spill, options, workers);
+  const auto [file, begin] = place();
+  BuildReport report = writeVolume(file, begin, describeBuilt(scanned, built), built, *scan.spill, options, workers);
+  report.guessed_otherwise = std::move(guessed_otherwise);
+  return report;
 }
 
 }  // namespace blockwalk

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "volume/file/file.h"
 #include "volume/source.h"
 #include "volume/volume.h"
 
@@ -26,6 +27,8 @@ struct BuildOptions {
   std::vector<double> empty_thresholds = {};
   // Labels get coarser levels of the most frequent value, and are never interpolated. rgba8 is intensity.
   ValuesRule values = ValuesRule::intensity;
+  // Whatever else is said or guessed: one for each channel, or none.
+  std::vector<ChannelValues> channel_values = {};
   // automatic: uniform (density domain / 8, Derin et al. 2021, 2.3) for rgba8 and u8, quantiles for u16, f32 and
   // labels.
   MaskBins mask_bins = MaskBins::automatic;
@@ -39,6 +42,8 @@ struct BuildOptions {
 
 struct BuildReport {
   VolumeInfo info;
+  // Channels whose values look like what channel_values does not say, where values are guessed.
+  std::vector<std::size_t> guessed_otherwise = {};
   std::uint64_t file_bytes = 0;
   std::uint64_t level0_voxel_bytes = 0;   // of all channels, as the file holds them
   std::uint64_t coarser_level_bytes = 0;  // sections of levels 1.. : records and voxels
@@ -52,10 +57,16 @@ struct BuildReport {
 // disk.
 BuildReport buildVolume(Source& source, const std::filesystem::path& path, const BuildOptions& options);
 
-// Reads the source once more and compares every voxel of every channel with the file: stored ones bit for bit, the
+// Reads the source once more and compares every voxel of every channel with the volume: stored ones bit for bit, the
 // others must be empty. What the source says to be blank is taken for blank. Throws DataError naming the first voxel
 // that differs. Returns the number of voxels compared, each counted once.
-std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
+std::uint64_t verifyVolume(Source& source, const VolumeFile& file,
                            const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress = {});
+
+inline std::uint64_t verifyVolume(
+    Source& source, const std::filesystem::path& path,
+    const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress = {}) {
+  return verifyVolume(source, VolumeFile(path), progress);
+}
 
 }  // namespace blockwalk

@@ -57,13 +57,10 @@ std::string partialPrefix(const std::filesystem::path& path) {
 // Removes the partial files of `path` that nobody holds a lock on. Returns those of which that cannot be told.
 std::vector<std::filesystem::path> removeLeftovers(const std::filesystem::path& path) {
   std::vector<std::filesystem::path> unknown;
-  const std::string prefix = partialPrefix(path);
   std::error_code ignored;
   for (const auto& entry : std::filesystem::directory_iterator(folderOf(path), ignored)) {
     const std::string name = entry.path().filename().string();
-    const bool is_partial = name.starts_with(prefix) && name.size() == prefix.size() + kPartialDigits &&
-                            name.find_first_not_of("0123456789abcdef", prefix.size()) == std::string::npos;
-    if (!is_partial) continue;
+    if (!isPartialName(name, path)) continue;
     const int descriptor = ::open(entry.path().c_str(), O_RDWR | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK);
     if (descriptor < 0) continue;
     if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) {
@@ -77,6 +74,16 @@ std::vector<std::filesystem::path> removeLeftovers(const std::filesystem::path& 
 }
 
 }  // namespace
+
+std::string partialName(const std::filesystem::path& path, std::uint32_t number) {
+  return fmt::format("{}{:08x}", partialPrefix(path), number);
+}
+
+bool isPartialName(const std::string& name, const std::filesystem::path& path) {
+  const std::string prefix = partialPrefix(path);
+  return name.starts_with(prefix) && name.size() == prefix.size() + kPartialDigits &&
+         name.find_first_not_of("0123456789abcdef", prefix.size()) == std::string::npos;
+}
 
 std::filesystem::path folderOf(const std::filesystem::path& path) {
   return path.has_parent_path() ? path.parent_path() : std::filesystem::path(".");
@@ -139,7 +146,7 @@ OutputFile::OutputFile(std::filesystem::path path) : path_(std::move(path)) {
   std::random_device random;
   // Not mkstemp: its mode 0600 would stay with the finished file.
   for (int attempt = 0; attempt < 100 && descriptor_ < 0; ++attempt) {
-    partial_ = folderOf(path_) / fmt::format("{}{:08x}", partialPrefix(path_), random());
+    partial_ = folderOf(path_) / partialName(path_, random());
     descriptor_ = ::open(partial_.c_str(), O_RDWR | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0666);
     if (descriptor_ < 0 && errno != EEXIST) break;
   }

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <span>
+#include <string>
 #include <vector>
 
 namespace blockwalk {
@@ -56,6 +57,7 @@ class OutputFile {
   void beginSync() const;
   // Partial files of `path` that somebody else may be writing or have left behind: locks say nothing here.
   const std::vector<std::filesystem::path>& leftovers() const { return leftovers_; }
+  const std::filesystem::path& path() const { return path_; }
   // Where it is until commit().
   const std::filesystem::path& partialPath() const { return partial_; }
   void commit();
@@ -66,6 +68,10 @@ class OutputFile {
   std::vector<std::filesystem::path> leftovers_;
   int descriptor_ = -1;
 };
+
+// Names of what becomes `path` once it is complete, in the same folder: .NAME.partial-XXXXXXXX.
+std::string partialName(const std::filesystem::path& path, std::uint32_t number);
+bool isPartialName(const std::string& name, const std::filesystem::path& path);
 
 // The folder that holds `path`: "." for a bare name.
 std::filesystem::path folderOf(const std::filesystem::path& path);

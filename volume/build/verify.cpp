@@ -240,9 +240,9 @@ void compareBars(Source& source, const VolumeInfo& info, StripComparer& comparer
 
 }  // namespace
 
-std::uint64_t verifyVolume(Source& source, const std::filesystem::path& path,
+std::uint64_t verifyVolume(Source& source, const VolumeFile& file,
                            const std::function<void(std::string_view, std::uint64_t, std::uint64_t)>& progress) {
-  const VolumeFile file(path);
+  const std::filesystem::path& path = file.path();
   const VolumeInfo& info = file.info();
   const SourceInfo& wanted = source.info();
   if (info.type != wanted.type || info.dims != wanted.dims) {

@@ -1,34 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volume/build/write.h"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <memory>
-#include <new>
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/file/checksum.h"
 #include "volume/file/codec.h"
 #include "volume/file/header.h"
 #include "volume/file/metadata.h"
 
 namespace blockwalk {
 namespace {
-
-// XXH3-64 of bytes that come in parts.
-class RunningChecksum {
- public:
-  RunningChecksum() : state_(XXH3_createState(), &XXH3_freeState) {
-    if (!state_) throw std::bad_alloc();
-    XXH3_64bits_reset(state_.get());
-  }
-  void add(std::span<const std::byte> bytes) { XXH3_64bits_update(state_.get(), bytes.data(), bytes.size()); }
-  std::uint64_t value() const { return XXH3_64bits_digest(state_.get()); }
-
- private:
-  std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state_;
-};
 
 constexpr std::uint64_t kPartBytes = std::uint64_t{1} << 20;   // copied at once; a page may be longer
 constexpr std::uint64_t kSyncBytes = std::uint64_t{64} << 20;  // written until the disk is told to begin
@@ -79,16 +63,16 @@ PackedPages packPages(std::vector<std::byte> voxels, std::span<const std::uint8_
 // Writes every record to its place, which their sizes give, and the voxels behind them as they come.
 class VolumeWriter {
  public:
-  VolumeWriter(const std::filesystem::path& path, VolumeInfo info, const BuiltLevels& built, const Spill& spill,
+  VolumeWriter(OutputFile& file, std::uint64_t begin, VolumeInfo info, const BuiltLevels& built, const Spill& spill,
                const BuildOptions& options, Workers& workers)
-      : info_(std::move(info)),
+      : file_(file),
+        begin_(begin),
+        info_(std::move(info)),
         built_(built),
         spill_(spill),
         options_(options),
-        path_(path),
-        metadata_(encodeMetadata(info_, path.string())),
+        metadata_(encodeMetadata(info_, file.path().string())),
         layout_(layOutFile(info_, sizesOf(info_, built, metadata_))),
-        file_(path),
         part_(kPartBytes),
         channel_bytes_(static_cast<std::size_t>(info_.subblockVoxels()) * voxelBytes(info_.type)),
         workers_(workers),
@@ -96,7 +80,7 @@ class VolumeWriter {
     for (const LevelEntry& entry : layout_.entries) subblocks_ += entry.subblock_count * info_.channels.size();
     voxels_end_ = layout_.of(fileOrder(info_).front(), 0).voxels.offset;
     // A disk that cannot hold a file this long says so now.
-    if (options.codec == Codec::raw) file_.setLength(layout_.file_bytes);
+    if (options.codec == Codec::raw) file_.setLength(begin_ + layout_.file_bytes);
   }
 
   void writeEntry(std::size_t index) {
@@ -126,14 +110,11 @@ class VolumeWriter {
   BuildReport finish() {
     while (!syncs_.empty()) syncs_.take();
     layout_.file_bytes = voxels_end_;
-    file_.setLength(layout_.file_bytes);
+    file_.setLength(begin_ + layout_.file_bytes);
     const std::vector<std::byte> header = encodeHeader(info_, layout_, metadata_);
-    decodeHeader(header, layout_.file_bytes, path_.string());  // what a reader would refuse gets no name
-    file_.write(0, header);
-    if (options_.accept) options_.accept(file_.partialPath());
-    file_.commit();
+    decodeHeader(header, layout_.file_bytes, file_.path().string());  // what a reader would refuse gets no name
+    write(0, header);
     BuildReport report{.info = info_, .file_bytes = layout_.file_bytes};
-    report.leftovers = file_.leftovers();
     for (std::size_t i = 0; i < layout_.sections.size(); ++i) {
       const ChannelSections& sections = layout_.sections[i];
       if (i < layout_.channels) {
@@ -185,12 +166,12 @@ class VolumeWriter {
     voxels_end_ = sections.voxels.offset + sections.voxels.bytes;
     const auto page_bytes = std::as_bytes(std::span(pages));
     BLOCKWALK_CHECK(page_bytes.size(), ==, sections.pages.bytes);
-    file_.write(sections.pages.offset, page_bytes);
+    write(sections.pages.offset, page_bytes);
     sections.pages.checksum = checksumOf(page_bytes);
   }
 
   void append(Section& voxels, const PackedPages& packed, std::vector<PageEntry>& pages) {
-    file_.write(voxels.offset + voxels.bytes, packed.bytes);
+    write(voxels.offset + voxels.bytes, packed.bytes);
     voxels.bytes += packed.bytes.size();
     unsynced_ += packed.bytes.size();
     if (unsynced_ >= kSyncBytes) {
@@ -214,19 +195,22 @@ class VolumeWriter {
       const std::span<std::byte> part = std::span(part_).first(static_cast<std::size_t>(bytes));
       records.read(at, part);
       checksum.add(part);
-      file_.write(section.offset + at, part);
+      write(section.offset + at, part);
     }
     section.checksum = checksum.value();
   }
 
+  // Of the volume, as are all offsets here.
+  void write(std::uint64_t offset, std::span<const std::byte> bytes) { file_.write(begin_ + offset, bytes); }
+
+  OutputFile& file_;
+  std::uint64_t begin_;  // of the volume in the file
   VolumeInfo info_;
   const BuiltLevels& built_;
   const Spill& spill_;
   const BuildOptions& options_;
-  std::filesystem::path path_;
   std::string metadata_;
   FileLayout layout_;
-  OutputFile file_;
   std::vector<std::byte> part_;
   std::size_t channel_bytes_;  // of a subblock in one channel
   std::uint64_t subblocks_ = 0;
@@ -240,9 +224,9 @@ class VolumeWriter {
 
 }  // namespace
 
-BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
+BuildReport writeVolume(OutputFile& file, std::uint64_t begin, const VolumeInfo& info, const BuiltLevels& built,
                         const Spill& spill, const BuildOptions& options, Workers& workers) {
-  VolumeWriter writer(path, info, built, spill, options, workers);
+  VolumeWriter writer(file, begin, info, built, spill, options, workers);
   for (const std::size_t index : fileOrder(info)) writer.writeEntry(index);
   return writer.finish();
 }

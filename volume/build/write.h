@@ -3,18 +3,16 @@
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
-#include <vector>
 
 #include "volume/build/builder.h"
 #include "volume/build/levels.h"
+#include "volume/build/storage.h"
 #include "volume/build/workers.h"
 
 namespace blockwalk {
 
-// Writes the file and gives it its name.
-// `info` is complete.
-BuildReport writeVolume(const std::filesystem::path& path, const VolumeInfo& info, const BuiltLevels& built,
+// Writes the volume into `file` from `begin` on, and a reader would take it. `info` is complete.
+BuildReport writeVolume(OutputFile& file, std::uint64_t begin, const VolumeInfo& info, const BuiltLevels& built,
                         const Spill& spill, const BuildOptions& options, Workers& workers);
 
 }  // namespace blockwalk

@@ -33,19 +33,20 @@ void fillEmpty(VoxelType type, const ChannelInfo& channel, std::span<std::byte> 
 
 }  // namespace
 
-std::shared_ptr<const StoredBlocks> readStoredBlocks(const VolumeFile& file, int level) {
+std::shared_ptr<const StoredBlocks> readStoredBlocks(const VolumeFile& file, int level, Form form) {
   auto stored = std::make_shared<StoredBlocks>();
-  stored->blocks = file.readLevel(level, 0).blocks;
+  stored->blocks = file.readLevel(level, 0, form).blocks;
   stored->codes.reserve(stored->blocks.size());
   for (const Block& block : stored->blocks) stored->codes.push_back(mortonCode(glm::uvec3(block.origin)));
   return stored;
 }
 
-BoxReader::BoxReader(const VolumeFile& file, int level, std::shared_ptr<const StoredBlocks> blocks)
+BoxReader::BoxReader(const VolumeFile& file, int level, std::shared_ptr<const StoredBlocks> blocks, Form form)
     : file_(file),
       level_number_(level),
+      form_(form),
       voxel_bytes_(voxelBytes(file.info().type)),
-      stored_(blocks ? std::move(blocks) : readStoredBlocks(file, level)) {}
+      stored_(blocks ? std::move(blocks) : readStoredBlocks(file, level, form)) {}
 
 const Block* BoxReader::find(glm::ivec3 origin) const {
   const std::uint64_t code = mortonCode(glm::uvec3(origin));
@@ -88,7 +89,7 @@ void BoxReader::copyBlock(int channel, const Block& block, const VoxelBox& box, 
   const int blocks = info.block_side;
   const std::size_t subblock_bytes = static_cast<std::size_t>(info.subblockVoxels()) * voxel_bytes_;
   block_.resize(block.subblock_count * subblock_bytes);
-  file_.readVoxels(level_number_, channel, block.first_subblock, block.subblock_count, block_);
+  file_.readVoxels(level_number_, channel, block.first_subblock, block.subblock_count, block_, form_);
   const glm::ivec3 dims = box.dims();
   const auto index = [](glm::ivec3 p, int width, int height) {
     return (static_cast<std::size_t>(p.z) * static_cast<std::size_t>(height) + static_cast<std::size_t>(p.y)) *

@@ -20,14 +20,15 @@ struct StoredBlocks {
   std::uint64_t bytes() const { return blocks.size() * (sizeof(Block) + sizeof(std::uint64_t)); }
 };
 // Decodes all records of the level, of which the subblocks' go again. Throws what VolumeFile throws.
-std::shared_ptr<const StoredBlocks> readStoredBlocks(const VolumeFile& file, int level);
+std::shared_ptr<const StoredBlocks> readStoredBlocks(const VolumeFile& file, int level, Form form = Form::values);
 
 // Memory: the blocks of the level, without the records of their subblocks, and one block's voxels. `file` must outlive
 // it. Throws what VolumeFile throws.
 class BoxReader {
  public:
-  // `blocks` of that level of a file of the same content; read where there are none.
-  BoxReader(const VolumeFile& file, int level, std::shared_ptr<const StoredBlocks> blocks = nullptr);
+  // `blocks` of that level, in that form, of a file of the same content; read where there are none.
+  BoxReader(const VolumeFile& file, int level, std::shared_ptr<const StoredBlocks> blocks = nullptr,
+            Form form = Form::values);
 
   // Voxels of one channel, x fastest: voxels() * voxelBytes(). What is not stored has the channel's empty value. The
   // box lies inside the level; each block that it touches is read once.
@@ -43,6 +44,7 @@ class BoxReader {
 
   const VolumeFile& file_;
   int level_number_;
+  Form form_;
   std::size_t voxel_bytes_;
   std::shared_ptr<const StoredBlocks> stored_;
   std::vector<std::byte> block_;

@@ -79,6 +79,8 @@ Written writeNanoVdb(const ExportJob& job, const std::filesystem::path& path);
 // The first bytes of a file of which the rest are the voxels, channel after channel.
 std::string nrrdHeader(const ExportJob& job);
 std::string npyHeader(const ExportJob& job);
+// The same of a picture of this many rows and columns: channels in front, the four of a colour behind.
+std::string npyHeader(const ExportJob& job, int rows, int columns);
 
 // Notes of what a format has no place for; none where there is nothing of it.
 void noteSpacingAlone(const ExportJob& job, std::vector<std::string>& notes);

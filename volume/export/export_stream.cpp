@@ -13,7 +13,7 @@ namespace blockwalk {
 namespace {
 
 constexpr std::size_t kHeldBytes = std::size_t{16} << 20;
-constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+constexpr std::size_t kStreamBytes = std::size_t{1} << 20;
 
 }  // namespace
 
@@ -56,8 +56,8 @@ std::vector<std::byte> ExportStream::next() {
   const glm::ivec3 dims = job_->box.dims();
   const std::size_t row_bytes = static_cast<std::size_t>(dims.x) * voxelBytes(job_->type());
   std::vector<std::byte> piece;
-  while (channel_ < job_->channels.size() && (piece.empty() || piece.size() + row_bytes <= kPieceBytes)) {
-    const auto room = static_cast<int>(std::max<std::size_t>(1, (kPieceBytes - piece.size()) / row_bytes));
+  while (channel_ < job_->channels.size() && (piece.empty() || piece.size() + row_bytes <= kStreamBytes)) {
+    const auto room = static_cast<int>(std::max<std::size_t>(1, (kStreamBytes - piece.size()) / row_bytes));
     const int count = std::min(room, reader_->rowsAt(y_));
     const auto rows = reader_->rows(channel_, z_, y_, count);
     piece.insert(piece.end(), rows.begin(), rows.end());

@@ -6,8 +6,9 @@
 namespace blockwalk {
 
 // A folder that appears under `path` whole or not at all: filled as .NAME.partial-XXXXXXXX beside it, renamed by
-// commit(), removed with what is in it by the destructor otherwise. Throws DataError where something is there already,
-// std::system_error for the disk.
+// commit(), removed with what is in it by the destructor otherwise. Who is killed leaves it; the next to write `path`
+// removes it, unless a lock says that it is still being written or the file system has none. Throws DataError where
+// something is there already, std::system_error for the disk.
 class OutputFolder {
  public:
   explicit OutputFolder(const std::filesystem::path& path);
@@ -22,6 +23,7 @@ class OutputFolder {
  private:
   std::filesystem::path path_;
   std::filesystem::path partial_;
+  int lock_ = -1;
 };
 
 }  // namespace blockwalk

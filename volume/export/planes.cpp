@@ -15,9 +15,9 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "voxels are written as they lie in memory");
 
-constexpr std::size_t kPieceBytes = std::size_t{16} << 20;
+constexpr std::size_t kPlanesBytes = std::size_t{16} << 20;
 
-// Takes a piece after the other: of a row of blocks, all or so many as kPieceBytes hold.
+// Takes a piece after the other: of a row of blocks, all or so many as kPlanesBytes hold.
 class PlaneWriter {
  public:
   PlaneWriter(const ExportJob& job, OutputFile& file, const PlaneFile& plan)
@@ -31,7 +31,7 @@ class PlaneWriter {
   void write() {
     const int block = job_.file.info().blockVoxels();
     const std::size_t block_bytes = cellCount(glm::ivec3(block)) * voxel_bytes_;
-    const int width = block * static_cast<int>(std::max<std::size_t>(1, kPieceBytes / block_bytes));
+    const int width = block * static_cast<int>(std::max<std::size_t>(1, kPlanesBytes / block_bytes));
     const VoxelBox& box = job_.box;
     const auto slices = static_cast<std::uint64_t>(box.dims().z);
     for (std::size_t channel = 0; channel < job_.channels.size(); ++channel) {

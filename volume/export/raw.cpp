@@ -38,12 +38,8 @@ std::string numpyType(const ExportJob& job) {
   return "";
 }
 
-}  // namespace
-
-// Of axes z, y, x; several channels in front of them, the four of a colour behind.
-std::string npyHeader(const ExportJob& job) {
-  const glm::ivec3 dims = job.box.dims();
-  std::string shape = fmt::format("{}, {}, {}", dims.z, dims.y, dims.x);
+// `shape` of one channel.
+std::string headerOf(const ExportJob& job, std::string shape) {
   if (job.channels.size() > 1) shape = fmt::format("{}, {}", job.channels.size(), shape);
   if (job.type() == VoxelType::rgba8) shape += ", 4";
   std::string text = fmt::format("{{'descr': '{}', 'fortran_order': False, 'shape': ({}), }}", numpyType(job), shape);
@@ -55,6 +51,18 @@ std::string npyHeader(const ExportJob& job) {
   header += static_cast<char>(text.size() & 0xff);
   header += static_cast<char>(text.size() >> 8);
   return header + text;
+}
+
+}  // namespace
+
+// Of axes z, y, x; several channels in front of them, the four of a colour behind.
+std::string npyHeader(const ExportJob& job) {
+  const glm::ivec3 dims = job.box.dims();
+  return headerOf(job, fmt::format("{}, {}, {}", dims.z, dims.y, dims.x));
+}
+
+std::string npyHeader(const ExportJob& job, int rows, int columns) {
+  return headerOf(job, fmt::format("{}, {}", rows, columns));
 }
 
 Written writeRaw(const ExportJob& job, const std::filesystem::path& path) { return writeVoxels(job, {}, path); }

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/file/layout.h"
 
 namespace blockwalk {
 namespace {
@@ -54,43 +55,70 @@ void settleEmpties(std::vector<std::byte>& voxels, VoxelType type, const Channel
 }
 
 template <typename Visit>
-void forEachStored(const Block& block, int block_side, Visit visit) {
+void forEachIn(const SubblockSet& set, int block_side, Visit visit) {
   for (int local = 0; local < block_side * block_side * block_side; ++local) {
-    if ((block.occupancy[static_cast<std::size_t>(local) / 64] >> (local % 64) & 1u) == 0) continue;
+    if (!contains(set, local)) continue;
     visit(glm::ivec3(local % block_side, local / block_side % block_side, local / (block_side * block_side)));
   }
+}
+
+std::uint64_t codeOf(const Block& block) { return mortonCode(glm::uvec3(block.origin)); }
+
+// Takes the blocks out that are not inside.
+std::vector<Block> cropTo(const BlockWindow& window, Level& level) {
+  std::vector<Block> outside;
+  std::size_t kept = 0;
+  std::size_t kept_subblocks = 0;
+  for (const Block& block : level.blocks) {
+    if (!window.contains(block.origin)) {
+      outside.push_back(block);
+      continue;
+    }
+    const auto from = level.subblocks.begin() + static_cast<std::ptrdiff_t>(block.first_subblock);
+    std::copy(from, from + block.subblock_count, level.subblocks.begin() + static_cast<std::ptrdiff_t>(kept_subblocks));
+    Block& inside = level.blocks[kept++] = block;
+    inside.first_subblock = kept_subblocks;
+    kept_subblocks += block.subblock_count;
+  }
+  if (outside.empty()) return outside;
+  level.blocks.resize(kept);
+  level.subblocks.resize(kept_subblocks);
+  level.blocks.shrink_to_fit();
+  level.subblocks.shrink_to_fit();
+  level.info.block_count = kept;
+  level.info.subblock_count = kept_subblocks;
+  linkNeighbours(level.blocks);
+  return outside;
 }
 
 }  // namespace
 
 ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form, std::uint64_t cache_bytes,
-                       std::shared_ptr<const Structure> structure)
+                       const BlockWindow& window, std::shared_ptr<Structure> structure)
     : file_(file),
       level_(level),
       channel_(channel),
       form_(form),
+      window_(window),
       structure_(std::move(structure)),
       cache_bytes_(cache_bytes) {
   const auto side = static_cast<std::uint64_t>(file_.info().blockVoxels());
   cache_bytes_ = std::max(cache_bytes_, kBlocksAround * side * side * side * voxelBytes(file_.info().type));
 }
 
-ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form, std::uint64_t cache_bytes)
-    : ApronLevel(file, level, channel, form, cache_bytes, readStructure(file, level, channel, form)) {}
+ApronLevel::ApronLevel(const VolumeFile& file, int level, int channel, Form form, std::uint64_t cache_bytes,
+                       const BlockWindow& window)
+    : ApronLevel(file, level, channel, form, cache_bytes, window, readStructure(file, level, channel, form, window)) {}
 
 std::unique_ptr<ApronLevel> ApronLevel::another(std::uint64_t cache_bytes) const {
-  return std::unique_ptr<ApronLevel>(new ApronLevel(file_, level_, channel_, form_, cache_bytes, structure_));
+  return std::unique_ptr<ApronLevel>(new ApronLevel(file_, level_, channel_, form_, cache_bytes, window_, structure_));
 }
 
-std::shared_ptr<const ApronLevel::Structure> ApronLevel::readStructure(const VolumeFile& file, int level, int channel,
-                                                                       Form form) {
+std::shared_ptr<ApronLevel::Structure> ApronLevel::readStructure(const VolumeFile& file, int level, int channel,
+                                                                 Form form, const BlockWindow& window) {
   auto made = std::make_shared<Structure>();
-  made->source = file.readLevel(level, channel, form);
-  made->source.subblocks = {};
-  for (std::size_t i = 0; i < made->source.blocks.size(); ++i) {
-    made->source_blocks.emplace(mortonCode(glm::uvec3(made->source.blocks[i].origin)), i);
-  }
-  made->records = file.readApronLevel(level, channel, form);
+  made->records = file.readApronLevel(level, channel, form, window.grown());
+  made->around = cropTo(window, made->records);
   const auto side = static_cast<std::uint64_t>(file.info().subblock_side + 2);
   made->records.info.voxel_bytes =
       made->records.info.subblock_count * side * side * side * voxelBytes(file.info().type);
@@ -104,17 +132,31 @@ std::uint64_t ApronLevel::subblockVoxels() const {
 
 std::uint64_t ApronLevel::subblockBytes() const { return subblockVoxels() * voxelBytes(file_.info().type); }
 
+// Null where there is none.
+const Block* ApronLevel::find(glm::ivec3 origin) const {
+  const std::vector<Block>& blocks = window_.contains(origin) ? structure_->records.blocks : structure_->around;
+  const std::uint64_t code = mortonCode(glm::uvec3(origin));
+  const auto found = std::ranges::lower_bound(blocks, code, {}, codeOf);
+  return found != blocks.end() && codeOf(*found) == code ? &*found : nullptr;
+}
+
+void ApronLevel::dropCache() {
+  cache_.clear();
+  ages_.clear();
+  cached_bytes_ = 0;
+}
+
 // The voxels of a block of the file, empties settled.
-const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
+const std::vector<std::byte>& ApronLevel::stored(const Block& block) {
   const VolumeInfo& info = file_.info();
-  const auto known = cache_.find(block);
+  const auto known = cache_.find(block.first_stored);
   if (known != cache_.end()) {
     ages_.splice(ages_.begin(), ages_, known->second.age);
     return known->second.voxels;
   }
-  const Block& record = structure_->source.blocks[block];
-  std::vector<std::byte> voxels(record.subblock_count * info.subblockVoxels() * voxelBytes(info.type));
-  file_.readVoxels(level_, channel_, record.first_subblock, record.subblock_count, voxels, form_);
+  const auto count = static_cast<std::uint64_t>(countOf(block.stored));
+  std::vector<std::byte> voxels(count * info.subblockVoxels() * voxelBytes(info.type));
+  file_.readVoxels(level_, channel_, block.first_stored, count, voxels, form_);
   const ChannelInfo& values = info.channels[static_cast<std::size_t>(channel_)];
   withVoxelType(info.type, [&](auto voxel) { settleEmpties<decltype(voxel)>(voxels, info.type, values); });
   cached_bytes_ += voxels.size();
@@ -124,8 +166,9 @@ const std::vector<std::byte>& ApronLevel::stored(std::size_t block) {
     cache_.erase(oldest);
     ages_.pop_back();
   }
-  ages_.push_front(block);
-  return cache_.emplace(block, CachedBlock{.voxels = std::move(voxels), .age = ages_.begin()}).first->second.voxels;
+  ages_.push_front(block.first_stored);
+  return cache_.emplace(block.first_stored, CachedBlock{.voxels = std::move(voxels), .age = ages_.begin()})
+      .first->second.voxels;
 }
 
 // Fills sources_ for a block. The cache holds the blocks around it together: at least 27.
@@ -136,16 +179,15 @@ void ApronLevel::findSources(glm::ivec3 origin) {
   for (int d = 0; d < 27; ++d) {
     const glm::ivec3 around = origin + glm::ivec3(d % 3 - 1, d / 3 % 3 - 1, d / 9 - 1);
     if (glm::any(glm::lessThan(around, glm::ivec3(0)))) continue;
-    const auto source = structure_->source_blocks.find(mortonCode(glm::uvec3(around)));
-    if (source == structure_->source_blocks.end()) continue;
-    const Block& block = structure_->source.blocks[source->second];
+    const Block* const block = find(around);
+    if (block == nullptr) continue;
     const glm::ivec3 shift = (around - origin) * info.block_side + 1;
     const std::byte* voxels = nullptr;  // read where one of its subblocks is needed
     std::size_t offset = 0;
-    forEachStored(block, info.block_side, [&](glm::ivec3 local) {
+    forEachIn(block->stored, info.block_side, [&](glm::ivec3 local) {
       const glm::ivec3 place = shift + local;
       if (glm::all(glm::greaterThanEqual(place, glm::ivec3(0))) && glm::all(glm::lessThan(place, glm::ivec3(side)))) {
-        if (voxels == nullptr) voxels = stored(source->second).data();
+        if (voxels == nullptr) voxels = stored(*block).data();
         sources_[static_cast<std::size_t>(place.x + side * (place.y + side * place.z))] = voxels + offset;
       }
       offset += info.subblockVoxels() * voxelBytes(info.type);
@@ -216,14 +258,14 @@ void ApronLevel::readBlock(std::size_t index, std::span<std::byte> out) {
   const std::size_t bytes = voxelBytes(info.type);
   const float empty = emptyValue(info.type, info.channels[static_cast<std::size_t>(channel_)]);
   std::byte* to = out.data();
-  forEachStored(block, info.block_side, [&](glm::ivec3 local) {
+  forEachIn(block.occupancy, info.block_side, [&](glm::ivec3 local) {
     const std::byte* const* corner =
         &sources_[static_cast<std::size_t>(local.x + stride * (local.y + stride * local.z))];
     withVoxelType(info.type, [&](auto kind) {
       writeSubblockOf(info.subblock_side, corner, stride, static_cast<decltype(kind)>(empty), to);
     });
     const glm::ivec3 first = block.origin * info.blockVoxels() + local * info.subblock_side - 1;
-    repeatEdges(first, structure_->source.info.dims, info.subblock_side + 2, bytes, to);
+    repeatEdges(first, structure_->records.info.dims, info.subblock_side + 2, bytes, to);
     to += subblockBytes();
   });
 }

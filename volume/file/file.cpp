@@ -1,13 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volume/file/file.h"
 
-#include <fcntl.h>
-#include <sys/stat.h>
-#include <unistd.h>
-
 #include <algorithm>
+#include <array>
 #include <atomic>
-#include <cerrno>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -15,100 +11,90 @@
 
 #include "volume/codec_name.h"
 #include "volume/error.h"
+#include "volume/file/checksum.h"
 #include "volume/file/codec.h"
+#include "volume/file/file_content.h"
 #include "volume/file/header.h"
+#include "volume/file/lazy.h"
+#include "volume/file/nonempty_box.h"
+#include "volume/file/page_table.h"
 #include "volume/file/records.h"
+#include "volume/file/steps.h"
 
 namespace blockwalk {
 namespace {
 
 constexpr std::uint64_t kRunBytes = std::uint64_t{1} << 18;  // of pages read at once, or a single page
 
+// Null where the file is one volume.
+std::shared_ptr<const Steps> readSteps(const FileContent& content) {
+  std::vector<std::byte> start(std::min<std::uint64_t>(sizeof(StepsHeader), content.bytes()));
+  content.read(0, start);
+  if (!beginsSteps(start)) return nullptr;
+  start.resize(stepsHeaderBytes(start, content.bytes(), content.name()));
+  content.read(0, start);
+  return std::make_shared<const Steps>(decodeSteps(start, content.bytes(), content.name()));
+}
+
 }  // namespace
 
-// The open file. Nothing is mapped: reading a page of a mapping that lies beyond the end of a file which was truncated
-// meanwhile ends the process, and no check beforehand can be early enough.
+// The volume of one step of the open file; most files have but one.
 struct VolumeFile::Opened {
-  explicit Opened(const std::filesystem::path& file_path);
-  ~Opened();
-  Opened(const Opened&) = delete;
-  Opened& operator=(const Opened&) = delete;
+  Opened(std::shared_ptr<const FileContent> file, std::shared_ptr<const Steps> all_steps, int number);
 
-  // Fills `out` from `offset` on. Throws when the file has no longer that many bytes, or cannot be read.
-  void read(std::uint64_t offset, std::span<std::byte> out) const;
-  // Throws when the file is shorter than it was.
-  void checkLength() const;
-  // The bytes of a section that has a checksum of its own.
-  std::vector<std::byte> readSection(const Section& which, std::string_view what, const RecordPlace& place) const;
-  RecordPlace place(int level, int channel, Form form) const;
-  const std::vector<Page>& pagesOf(const RecordPlace& place) const {
-    const auto index = static_cast<std::size_t>(&place.sections - header.layout.sections.data());
-    return pages[index];
+  // Fills `out` from `offset` of the volume on. Throws as FileContent does.
+  void read(std::uint64_t offset, std::span<std::byte> out) const {
+    content->read(begin + offset, out);
+    bytes_read += out.size();
   }
-  Level readRecords(const RecordPlace& at, Extent extent) const;
+  RecordPlace place(int level, int channel, Form form) const;
+  const PageTable& pagesOf(const RecordPlace& place) const {
+    const auto index = static_cast<std::size_t>(&place.sections - header.layout.sections.data());
+    return pages[index].get([&] { return std::make_unique<PageTable>(place, header.info, readBytes()); });
+  }
+  ReadBytes readBytes() const {
+    return [this](std::uint64_t offset, std::span<std::byte> out) { read(offset, out); };
+  }
+  void countPages();
+  VoxelBox nonemptyBox(std::uint64_t most_bytes) const;
+  Level readRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const;
+  Level readWhole(const RecordPlace& at, Extent extent) const;
+  Level readWindow(const RecordPlace& at, Extent extent, const BlockWindow& window) const;
 
-  std::filesystem::path path;
-  std::string name;  // for messages
-  int descriptor = -1;
-  std::uint64_t bytes = 0;
+  std::shared_ptr<const FileContent> content;
+  std::shared_ptr<const Steps> steps;  // null: the file is one volume
+  int step = 0;
+  std::string name;         // for messages
+  std::uint64_t begin = 0;  // of the volume in the file
   DecodedHeader header;
-  std::vector<std::vector<Page>> pages;  // as the layout's sections
+  std::vector<Lazy<PageTable>> pages;      // as the layout's sections
+  std::vector<Lazy<RecordGroups>> groups;  // as the layout's entries
+  std::vector<std::array<Lazy<std::vector<std::uint64_t>>, 2>>
+      checksums;  // of groups of ranges, by Extent; as sections
   mutable std::atomic<std::uint64_t> bytes_read = 0;
 };
 
-VolumeFile::Opened::Opened(const std::filesystem::path& file_path) : path(file_path), name(file_path.string()) {
-  // Without O_NONBLOCK the open of a FIFO would wait for a writer.
-  descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK | O_NOCTTY);
-  if (descriptor < 0) failData("{}: cannot be opened: {}", name, std::strerror(errno));
-  try {
-    struct stat status {};
-    if (::fstat(descriptor, &status) != 0) failData("{}: cannot be examined: {}", name, std::strerror(errno));
-    if (!S_ISREG(status.st_mode)) failData("{}: not a regular file", name);
-    bytes = static_cast<std::uint64_t>(status.st_size);
-    if (bytes < sizeof(FileHeader)) {
-      failData("{}: {} bytes, but the header of a .bwv file alone has {}", name, bytes, sizeof(FileHeader));
-    }
-    std::vector<std::byte> start(sizeof(FileHeader));
-    read(0, start);
-    start.resize(headerBytes(start, bytes, name));
-    read(sizeof(FileHeader), std::span(start).subspan(sizeof(FileHeader)));
-    header = decodeHeader(start, bytes, name);
-    for (std::size_t i = 0; i < header.layout.entries.size(); ++i) {
-      const EntryPlace entry = entryPlace(i, header.info.levels.size());
-      for (int channel = 0; channel < static_cast<int>(header.info.channels.size()); ++channel) {
-        const RecordPlace at = place(entry.level, channel, entry.form);
-        pages.push_back(decodePages(at, header.info, readSection(at.sections.pages, "pages", at)));
-        for (const Page& page : pages.back()) ++header.info.pages[static_cast<std::size_t>(page.codec)];
-      }
-    }
-  } catch (...) {
-    ::close(descriptor);
-    throw;
+VolumeFile::Opened::Opened(std::shared_ptr<const FileContent> file, std::shared_ptr<const Steps> all_steps, int number)
+    : content(std::move(file)), steps(std::move(all_steps)), step(number), name(content->name()) {
+  std::uint64_t bytes = content->bytes();
+  if (steps != nullptr) {
+    const StepPlace& place = steps->places.at(static_cast<std::size_t>(step));
+    begin = place.offset;
+    bytes = place.bytes;
+    name += fmt::format(" step {} (at offset {})", step, begin);
   }
-}
-
-VolumeFile::Opened::~Opened() { ::close(descriptor); }
-
-void VolumeFile::Opened::read(std::uint64_t offset, std::span<std::byte> out) const {
-  std::size_t done = 0;
-  while (done < out.size()) {
-    const ssize_t count = ::pread(descriptor, out.data() + done, out.size() - done, static_cast<off_t>(offset + done));
-    if (count < 0 && errno == EINTR) continue;
-    if (count < 0) failData("{}: cannot be read at offset {}: {}", name, offset + done, std::strerror(errno));
-    if (count == 0) {
-      failData("{}: ended at offset {} while it was read, but had {} bytes when it was opened", name, offset + done,
-               bytes);
-    }
-    done += static_cast<std::size_t>(count);
+  if (bytes < sizeof(FileHeader)) {
+    failData("{}: {} bytes, but the header of a .bwv file alone has {}", name, bytes, sizeof(FileHeader));
   }
-  bytes_read += out.size();
-}
-
-void VolumeFile::Opened::checkLength() const {
-  struct stat status {};
-  if (::fstat(descriptor, &status) != 0) failData("{}: cannot be examined: {}", name, std::strerror(errno));
-  const auto now = static_cast<std::uint64_t>(status.st_size);
-  if (now < bytes) failData("{}: shrank from {} to {} bytes since it was opened", name, bytes, now);
+  std::vector<std::byte> start(sizeof(FileHeader));
+  read(0, start);
+  start.resize(headerBytes(start, bytes, name));
+  read(sizeof(FileHeader), std::span(start).subspan(sizeof(FileHeader)));
+  header = decodeHeader(start, bytes, name);
+  pages = std::vector<Lazy<PageTable>>(header.layout.sections.size());
+  groups = std::vector<Lazy<RecordGroups>>(header.layout.entries.size());
+  checksums = std::vector<std::array<Lazy<std::vector<std::uint64_t>>, 2>>(header.layout.sections.size());
+  if (steps != nullptr) showAllSteps(*steps, header.info, name);
 }
 
 RecordPlace VolumeFile::Opened::place(int level, int channel, Form form) const {
@@ -127,50 +113,136 @@ RecordPlace VolumeFile::Opened::place(int level, int channel, Form form) const {
           .channel = channel_index};
 }
 
-std::vector<std::byte> VolumeFile::Opened::readSection(const Section& which, std::string_view what,
-                                                       const RecordPlace& place) const {
-  std::vector<std::byte> section(which.bytes);
-  read(which.offset, section);
-  const std::uint64_t found = checksumOf(section);
-  if (found != which.checksum) {
-    failData("{}: {} {} at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", name, place.name, what,
-             which.offset, which.bytes, found, which.checksum);
+// Of a file that has not too many for it; of others they are first looked at when voxels are read.
+void VolumeFile::Opened::countPages() {
+  std::uint64_t count = 0;
+  for (const ChannelSections& sections : header.layout.sections) count += sections.pages.bytes / sizeof(PageEntry);
+  if (count > kMostCountedPages) return;
+  for (std::size_t i = 0; i < header.layout.entries.size(); ++i) {
+    const EntryPlace entry = entryPlace(i, header.info.levels.size());
+    for (int channel = 0; channel < static_cast<int>(header.info.channels.size()); ++channel) {
+      const PageTable& table = pagesOf(place(entry.level, channel, entry.form));
+      for (std::size_t codec = 0; codec < kCodecs; ++codec) header.info.pages[codec] += table.byCodec()[codec];
+    }
   }
-  return section;
 }
 
-Level VolumeFile::Opened::readRecords(const RecordPlace& at, Extent extent) const {
-  checkLength();
-  const std::vector<std::byte> blocks = readSection(at.entry.blocks, "block records", at);
-  const bool stored = extent == Extent::stored;
-  const std::vector<std::byte> ranges = stored ? readSection(at.sections.ranges, "ranges", at)
-                                               : readSection(at.sections.apron_ranges, "apron ranges", at);
-  Level result = decodeRecords(at, header.info, extent, blocks, ranges);
-  if (stored) checkPages(at, result, pagesOf(at));
-  linkNeighbours(result.blocks);
-  return result;
+VoxelBox VolumeFile::Opened::nonemptyBox(std::uint64_t most_bytes) const {
+  const EntryPlace entry = boxEntry(header, most_bytes);
+  return boxOfRecords(place(entry.level, 0, entry.form), entry.level, header.info, readBytes());
 }
 
-VolumeFile::VolumeFile(const std::filesystem::path& path) : opened_(std::make_unique<Opened>(path)) {}
+Level VolumeFile::Opened::readRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const {
+  content->checkLength();
+  const bool is_whole = window.holds(latticeDims(at.info.dims, header.info.blockVoxels()));
+  Level level = is_whole ? readWhole(at, extent) : readWindow(at, extent, window);
+  if (extent == Extent::stored) pagesOf(at).check(level.blocks);
+  return level;
+}
+
+Level VolumeFile::Opened::readWhole(const RecordPlace& at, Extent extent) const {
+  const ReadBytes reads = readBytes();
+  const Section& of_ranges = rangeSection(at, extent);
+  SectionReader blocks(reads, at.entry.blocks.offset, at.entry.blocks.bytes);
+  SectionReader ranges(reads, of_ranges.offset, of_ranges.bytes);
+  LevelDecoder decoder(at, header.info, extent, {});
+  withChecksum(at, "block records", blocks, at.entry.blocks.checksum, [&] {
+    withChecksum(at, extent == Extent::stored ? "ranges" : "apron ranges", ranges, of_ranges.checksum, [&] {
+      RecordReader record_reader(at, header.info, blocks);
+      RangeReader range_reader(at, header.info, extent, ranges);
+      decoder.add(record_reader, range_reader);
+    });
+  });
+  return decoder.take();
+}
+
+Level VolumeFile::Opened::readWindow(const RecordPlace& at, Extent extent, const BlockWindow& window) const {
+  const ReadBytes reads = readBytes();
+  const auto entry = static_cast<std::size_t>(&at.entry - header.layout.entries.data());
+  const auto sections = static_cast<std::size_t>(&at.sections - header.layout.sections.data());
+  const RecordGroups& records =
+      groups[entry].get([&] { return std::make_unique<RecordGroups>(at, header.info, reads); });
+  const auto& range_checksums = checksums[sections][static_cast<std::size_t>(extent)].get([&] {
+    return std::make_unique<std::vector<std::uint64_t>>(records.rangeChecksums(at, header.info, extent, reads));
+  });
+  const char* const what = extent == Extent::stored ? "ranges" : "apron ranges";
+  LevelDecoder decoder(at, header.info, extent, window);
+  for (const std::size_t group : records.meeting(window)) {
+    const std::uint64_t from = records.rangeOffset(at, header.info, extent, group);
+    const std::uint64_t to = records.rangeOffset(at, header.info, extent, group + 1);
+    SectionReader blocks(reads, records[group].offset, records[group + 1].offset - records[group].offset);
+    SectionReader ranges(reads, from, to - from);
+    withChecksum(at, "block records", blocks, records[group].checksum, [&] {
+      withChecksum(at, what, ranges, range_checksums[group], [&] {
+        RecordReader record_reader(at, header.info, blocks, records[group].before, records[group + 1].before);
+        RangeReader range_reader(at, header.info, extent, ranges);
+        decoder.add(record_reader, range_reader);
+      });
+    });
+  }
+  return decoder.take();
+}
+
+VolumeFile::VolumeFile(const std::filesystem::path& path) {
+  auto content = std::make_shared<const FileContent>(path);
+  auto steps = readSteps(*content);
+  opened_ = std::make_unique<Opened>(std::move(content), std::move(steps), 0);
+  opened_->countPages();
+  opened_->header.info.nonempty = boxOfSteps();
+}
+
+// A broken step, or a broken level, is told to who reads it; until then the box is the whole.
+VoxelBox VolumeFile::boxOfSteps() const {
+  const int steps = info().steps;
+  const int looked_at = std::min(steps, kMostBoxSteps);
+  const std::uint64_t most_bytes = kBoxRecordBytes / static_cast<std::uint64_t>(looked_at);
+  try {
+    VoxelBox box = opened_->nonemptyBox(most_bytes);
+    for (int i = 1; i < looked_at; ++i) {
+      const int step = static_cast<int>(std::int64_t{i} * (steps - 1) / (looked_at - 1));
+      box.include(Opened(opened_->content, opened_->steps, step).nonemptyBox(most_bytes));
+    }
+    const bool is_inside = glm::all(glm::lessThanEqual(box.end, info().dims));  // another grid is another fault
+    if (is_inside) return box;
+  } catch (const DataError&) {
+  }
+  return {.end = info().dims};
+}
+VolumeFile::VolumeFile(std::unique_ptr<Opened> opened) : opened_(std::move(opened)) {}
 VolumeFile::~VolumeFile() = default;
 VolumeFile::VolumeFile(VolumeFile&&) noexcept = default;
 VolumeFile& VolumeFile::operator=(VolumeFile&&) noexcept = default;
 
 const VolumeInfo& VolumeFile::info() const { return opened_->header.info; }
-const std::filesystem::path& VolumeFile::path() const { return opened_->path; }
-std::uint64_t VolumeFile::fileBytes() const { return opened_->bytes; }
+const std::filesystem::path& VolumeFile::path() const { return opened_->content->path(); }
+std::uint64_t VolumeFile::fileBytes() const { return opened_->content->bytes(); }
+int VolumeFile::step() const { return opened_->step; }
+VolumeFile VolumeFile::atStep(int step) const {
+  BLOCKWALK_CHECK(step, >=, 0);
+  BLOCKWALK_CHECK(step, <, info().steps);
+  auto other = std::make_unique<Opened>(opened_->content, opened_->steps, step);
+  other->countPages();
+  const VolumeInfo& own = info();
+  const VolumeInfo& found = other->header.info;
+  bool is_same = found.dims == own.dims && areOnePlace(own.world_from_index, found.world_from_index, own.dims) &&
+                 found.subblock_side == own.subblock_side && found.block_side == own.block_side &&
+                 found.maxima.size() == own.maxima.size();
+  for (std::size_t i = 0; i < own.channels.size(); ++i) {
+    is_same = is_same && found.channels[i].values == own.channels[i].values;
+  }
+  if (!is_same) failData("{}: is another grid than the first step's, or holds labels where that does not", other->name);
+  other->header.info.nonempty = own.nonempty;
+  return VolumeFile(std::move(other));
+}
 
 std::uint64_t VolumeFile::bytesRead() const { return opened_->bytes_read; }
 
-Level VolumeFile::readLevel(int level, int channel, Form form) const {
-  return opened_->readRecords(opened_->place(level, channel, form), Extent::stored);
+Level VolumeFile::readLevel(int level, int channel, Form form, const BlockWindow& window) const {
+  return opened_->readRecords(opened_->place(level, channel, form), Extent::stored, window);
 }
 
-Level VolumeFile::readApronLevel(int level, int channel, Form form) const {
-  Level result = opened_->readRecords(opened_->place(level, channel, form), Extent::apron);
-  result.info.block_count = result.blocks.size();
-  result.info.subblock_count = result.subblocks.size();
-  return result;
+Level VolumeFile::readApronLevel(int level, int channel, Form form, const BlockWindow& window) const {
+  return opened_->readRecords(opened_->place(level, channel, form), Extent::apron, window);
 }
 
 void VolumeFile::readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, std::span<std::byte> out,
@@ -182,21 +254,20 @@ void VolumeFile::readVoxels(int level, int channel, std::uint64_t first, std::ui
   BLOCKWALK_CHECK(out.size(), ==, count * subblock_bytes);
   if (count == 0) return;
 
-  opened_->checkLength();
-  const std::vector<Page>& pages = opened_->pagesOf(place);
+  opened_->content->checkLength();
+  const std::vector<Page> pages = opened_->pagesOf(place).pagesOf(first, count);
   const std::uint64_t begin = first * subblock_bytes;
   const std::uint64_t end = begin + out.size();
   // `out` may be device memory, which is slow to read: what is checked is a copy of a run of pages that stays in the
   // cache. What is packed is unpacked there, whole, and what is asked for of it copied.
   std::vector<std::byte> run;
   std::vector<std::byte> unpacked;
-  auto page = std::ranges::upper_bound(pages, first, {}, &Page::first_subblock) - 1;
-  while (page != pages.end() && page->first_subblock < first + count) {
+  for (auto page = pages.begin(); page != pages.end();) {
     auto run_end = page;
     std::uint64_t run_bytes = 0;
     do {
       run_bytes += run_end++->bytes;
-    } while (run_end != pages.end() && run_end->first_subblock < first + count && run_bytes < kRunBytes);
+    } while (run_end != pages.end() && run_bytes < kRunBytes);
     run.resize(run_bytes);
     opened_->read(page->offset, run);
     for (std::span<const std::byte> left = run; page != run_end; ++page) {

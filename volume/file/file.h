@@ -23,18 +23,24 @@ class VolumeFile {
   VolumeFile(VolumeFile&&) noexcept;
   VolumeFile& operator=(VolumeFile&&) noexcept;
 
+  // Of the step; densities and histograms are of all steps, so that what is chosen from them holds for each.
   const VolumeInfo& info() const;
   const std::filesystem::path& path() const;
-  std::uint64_t fileBytes() const;
+  std::uint64_t fileBytes() const;  // of all steps
+  // Which of info().steps this is; of a path the first. The others share the descriptor.
+  int step() const;
+  VolumeFile atStep(int step) const;
 
   // Decodes and validates the records of one channel of a level; neighbours are linked. Origins, occupancy and counts
   // are the same in every channel of a level; where the channel has no non-empty voxel, a record's least, greatest and
   // mask are 0.
-  Level readLevel(int level, int channel, Form form = Form::values) const;
+  // Of a window only the blocks inside, and of the file their groups of records alone; all records are read once when a
+  // window of the level is first asked for.
+  Level readLevel(int level, int channel, Form form = Form::values, const BlockWindow& window = {}) const;
   // The same of the subblocks that have voxels or whose apron has non-empty ones:
   // where the trilinear field of some channel is not empty everywhere. Least, greatest and mask cover every value that
   // interpolation can give inside; where channel and apron are empty, the range is the empty value and the mask 0.
-  Level readApronLevel(int level, int channel, Form form = Form::values) const;
+  Level readApronLevel(int level, int channel, Form form = Form::values, const BlockWindow& window = {}) const;
   // Copies one channel of `count` subblocks starting at subblock `first` of the level: count * subblockVoxels() *
   // voxelBytes bytes, subblock after subblock, x fastest inside. Reads the pages that these lie in, each the voxels of
   // a block, and verifies their checksums before `out` gets anything of them, and that the file has not shrunk since it
@@ -46,6 +52,8 @@ class VolumeFile {
 
  private:
   struct Opened;
+  VoxelBox boxOfSteps() const;
+  explicit VolumeFile(std::unique_ptr<Opened> opened);
   std::unique_ptr<Opened> opened_;
 };
 

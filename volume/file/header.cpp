@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volume/file/header.h"
 
-#include <xxhash.h>
-
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -10,6 +8,7 @@
 
 #include "volume/error.h"
 #include "volume/file/channel.h"
+#include "volume/file/checksum.h"
 #include "volume/file/metadata.h"
 
 namespace blockwalk {
@@ -292,8 +291,6 @@ FileSizes decodeLevels(const FileHeader& header, const HeaderParts& parts, const
 }
 
 }  // namespace
-
-std::uint64_t checksumOf(std::span<const std::byte> bytes) { return XXH3_64bits(bytes.data(), bytes.size()); }
 
 std::vector<std::byte> encodeHeader(const VolumeInfo& info, const FileLayout& layout, const std::string& metadata) {
   FileHeader header = headerOf(info);

@@ -30,7 +30,4 @@ std::size_t headerBytes(std::span<const std::byte> start, std::uint64_t file_byt
 // offset and the bound. Allocates nothing that the file's length does not bound.
 DecodedHeader decodeHeader(std::span<const std::byte> header, std::uint64_t file_bytes, const std::string& file);
 
-// XXH3-64.
-std::uint64_t checksumOf(std::span<const std::byte> bytes);
-
 }  // namespace blockwalk

@@ -82,7 +82,7 @@ struct FileHeader {
   std::array<double, 12> world_from_index{};  // the first three rows, row after row; the fourth is 0 0 0 1
   std::uint32_t channel_count = 0;
   std::uint32_t metadata_bytes = 0;
-  // Room for being a part of a larger volume and a step in time; all 0 so far.
+  // Room for being a part of a larger volume; all 0 so far.
   std::array<std::uint32_t, 3> part_origin{};  // of this volume's first voxel in the whole
   std::array<std::uint32_t, 3> whole_dims{};
   std::uint32_t time_step = 0;

@@ -2,182 +2,11 @@
 #include "volume/file/records.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstring>
-#include <string_view>
-#include <type_traits>
-
-#include "volume/error.h"
+#include <limits>
+#include <utility>
 
 namespace blockwalk {
 namespace {
-
-// Judges fields of the record at one offset. A bound is text, or makes it when it is asked for: nearly all hold.
-class RecordCheck {
- public:
-  RecordCheck(const RecordPlace& place, std::uint64_t offset) : place_(place), offset_(offset) {}
-
-  void at(std::uint64_t offset) { offset_ = offset; }
-
-  template <typename T, typename Bound>
-  void operator()(bool holds, std::string_view field, const T& value, Bound bound) const {
-    if (holds) return;
-    std::string text;
-    if constexpr (std::is_invocable_v<Bound>) {
-      text = bound();
-    } else {
-      text = bound;
-    }
-    failData("{}: {} record at offset {}: {} is {}, must be {}", place_.file, place_.name, offset_, field, value, text);
-  }
-
- private:
-  const RecordPlace& place_;
-  std::uint64_t offset_;
-};
-
-// Reads the block records one by one and refuses what the builder would not have written.
-class BlockReader {
- public:
-  BlockReader(const RecordPlace& place, const VolumeInfo& info, std::span<const std::byte> records)
-      : info_(info),
-        entry_(place.entry),
-        dims_(place.info.dims),
-        records_(records),
-        bytes_(records.size()),
-        check_(place, place.entry.blocks.offset) {}
-
-  // False after the last.
-  bool next(BlockRecord& record) {
-    check_.at(entry_.blocks.offset + bytes_ - records_.size());
-    if (read_ == entry_.apron_block_count) {
-      finish();
-      return false;
-    }
-    const std::size_t left = records_.size();
-    check_(takeBlockRecord(records_, info_.block_side, record), "block", left,
-           "bytes of an origin and two ascending sets of subblocks, not both empty");
-    checkOrigin(record.origin);
-    checkSets(record);
-    stored_ += static_cast<std::uint64_t>(countOf(record.stored));
-    all_ += static_cast<std::uint64_t>(countOf(record.stored) + countOf(record.beyond));
-    blocks_ += countOf(record.stored) > 0 ? 1 : 0;
-    check_(stored_ <= entry_.subblock_count && all_ <= entry_.apron_subblock_count, "subblock count", all_,
-           "what is left of the level's");
-    ++read_;
-    return true;
-  }
-
- private:
-  void checkOrigin(glm::ivec3 origin) {
-    const glm::ivec3 blocks = (dims_ + info_.blockVoxels() - 1) / info_.blockVoxels();
-    for (int axis = 0; axis < 3; ++axis) {
-      check_(origin[axis] < blocks[axis], "origin", origin[axis],
-             [&] { return fmt::format("below {} on axis {}", blocks[axis], axis); });
-    }
-    const std::uint64_t code = mortonCode(glm::uvec3(origin));
-    check_(read_ == 0 || code > last_code_, "Morton code of the origin", code,
-           [&] { return fmt::format("above {}, the block's before", last_code_); });
-    last_code_ = code;
-  }
-
-  void checkSets(const BlockRecord& record) const {
-    const SubblockSet inside = insideMask(info_, dims_, record.origin);
-    for (std::size_t i = 0; i < inside.size(); ++i) {
-      const std::uint64_t set = record.stored[i] | record.beyond[i];
-      check_((set & ~inside[i]) == 0, "occupancy", set, "of subblocks inside the level");
-      check_((record.stored[i] & record.beyond[i]) == 0, "occupancy beyond", record.beyond[i],
-             "of subblocks that are not stored");
-    }
-  }
-
-  void finish() const {
-    check_(records_.empty(), "bytes behind the last block", records_.size(), "0");
-    check_(stored_ == entry_.subblock_count, "subblocks of all blocks", stored_, "the level's subblock_count");
-    check_(all_ == entry_.apron_subblock_count, "subblocks of all blocks with an apron", all_,
-           "the level's apron_subblock_count");
-    check_(blocks_ == entry_.block_count, "blocks with stored subblocks", blocks_, "the level's block_count");
-  }
-
-  const VolumeInfo& info_;
-  const LevelEntry& entry_;
-  glm::ivec3 dims_;
-  std::span<const std::byte> records_;
-  std::size_t bytes_;
-  RecordCheck check_;
-  std::uint64_t read_ = 0;
-  std::uint64_t last_code_ = 0;
-  std::uint64_t stored_ = 0;
-  std::uint64_t all_ = 0;
-  std::uint64_t blocks_ = 0;
-};
-
-// Reads the ranges of one channel, and refuses what the builder would not have written.
-class RangeReader {
- public:
-  RangeReader(const RecordPlace& place, const VolumeInfo& info, Extent extent, std::span<const std::byte> ranges)
-      : info_(info),
-        channel_(info.channels[place.channel]),
-        extent_(extent),
-        empty_(emptyValue(info.type, channel_)),
-        offset_(extent == Extent::stored ? place.sections.ranges.offset : place.sections.apron_ranges.offset),
-        ranges_(ranges),
-        check_(place, offset_) {}
-
-  Subblock next() {
-    const std::size_t bytes = extent_ == Extent::stored ? rangeBytes(info_.type) : apronRangeBytes(info_.type);
-    check_.at(offset_ + at_);
-    const std::byte* record = ranges_.data() + at_;
-    at_ += bytes;
-    return extent_ == Extent::stored ? stored(record) : apron(record);
-  }
-
- private:
-  Subblock stored(const std::byte* record) const {
-    const Subblock subblock = decodeRange(record, info_.type);
-    if (subblock.range_mask == 0 && info_.channels.size() > 1) {
-      check_(subblock.density_min == 0, "density min", subblock.density_min, "0 where the channel is empty");
-      check_(subblock.density_max == 0, "density max", subblock.density_max, "0 where the channel is empty");
-      return subblock;
-    }
-    check_(subblock.density_min > channel_.empty_threshold && std::isfinite(subblock.density_min), "density min",
-           subblock.density_min, "finite and above the empty threshold");
-    check_(subblock.density_max >= subblock.density_min && subblock.density_max <= channel_.density_max, "density max",
-           subblock.density_max, "at least the min and at most the volume's");
-    const int lo = rangeMaskBin(channel_.bin_cuts, subblock.density_min);
-    const int hi = rangeMaskBin(channel_.bin_cuts, subblock.density_max);
-    const auto within = static_cast<unsigned>((2 << hi) - (1 << lo));
-    const auto ends = static_cast<unsigned>(1 << lo | 1 << hi);
-    check_((subblock.range_mask & ends) == ends && (subblock.range_mask & ~within) == 0, "range mask",
-           subblock.range_mask, "that of its densities");
-    return subblock;
-  }
-
-  Subblock apron(const std::byte* record) const {
-    Subblock subblock = decodeApronRange(record, info_.type);
-    check_(subblock.density_min >= empty_ && std::isfinite(subblock.density_min), "apron density min",
-           subblock.density_min, "finite and at least the empty value");
-    check_(
-        subblock.density_max >= subblock.density_min && subblock.density_max <= std::max(channel_.density_max, empty_),
-        "apron density max", subblock.density_max, "at least the min and at most the volume's");
-    if (subblock.density_max <= channel_.empty_threshold) return subblock;
-    // Interpolation passes through every value between the two.
-    for (int bin = rangeMaskBin(channel_.bin_cuts, subblock.density_min);
-         bin <= rangeMaskBin(channel_.bin_cuts, subblock.density_max); ++bin) {
-      subblock.range_mask |= static_cast<std::uint8_t>(1 << bin);
-    }
-    return subblock;
-  }
-
-  const VolumeInfo& info_;
-  const ChannelInfo& channel_;
-  Extent extent_;
-  float empty_;
-  std::uint64_t offset_;
-  std::span<const std::byte> ranges_;
-  std::size_t at_ = 0;
-  RecordCheck check_;
-};
 
 // Extends a block's range by a subblock's. Where the apron's lies, an empty channel has a range as well.
 void include(Block& block, const Subblock& subblock, Extent extent, bool& any) {
@@ -188,81 +17,168 @@ void include(Block& block, const Subblock& subblock, Extent extent, bool& any) {
   any = true;
 }
 
+struct CodeRange {
+  std::uint64_t begin = 0;
+  std::uint64_t end = 0;
+};
+
+// Ranges of Morton codes, ascending, in which those of a window lie, few others, and not many ranges: cells of an
+// octree down to an eighth of the window's side.
+class WindowCodes {
+ public:
+  WindowCodes(const BlockWindow& window, glm::ivec3 lattice_dims)
+      : begin_(glm::max(window.begin, glm::ivec3(0))), end_(glm::min(window.end, lattice_dims)) {
+    if (glm::any(glm::lessThanEqual(end_, begin_))) return;
+    const glm::ivec3 size = end_ - begin_;
+    const int side = std::max({size.x, size.y, size.z});
+    while ((1 << smallest_) < side / 8) ++smallest_;
+    int depth = 0;
+    while ((1 << depth) < std::max({lattice_dims.x, lattice_dims.y, lattice_dims.z})) ++depth;
+    add(glm::ivec3(0), std::max(depth, smallest_));
+  }
+  const std::vector<CodeRange>& ranges() const { return ranges_; }
+
+ private:
+  void add(glm::ivec3 corner, int depth) {
+    const glm::ivec3 far = corner + (1 << depth);
+    if (glm::any(glm::greaterThanEqual(corner, end_)) || glm::any(glm::lessThanEqual(far, begin_))) return;
+    const bool inside = glm::all(glm::greaterThanEqual(corner, begin_)) && glm::all(glm::lessThanEqual(far, end_));
+    if (inside || depth == smallest_) {
+      const std::uint64_t code = mortonCode(glm::uvec3(corner));
+      const std::uint64_t end = code + (std::uint64_t{1} << (3 * depth));
+      if (!ranges_.empty() && ranges_.back().end == code) {
+        ranges_.back().end = end;
+      } else {
+        ranges_.push_back({.begin = code, .end = end});
+      }
+      return;
+    }
+    for (int i = 0; i < 8; ++i) add(corner + glm::ivec3(i & 1, i >> 1 & 1, i >> 2) * (1 << (depth - 1)), depth - 1);
+  }
+
+  glm::ivec3 begin_;
+  glm::ivec3 end_;
+  int smallest_ = 0;
+  std::vector<CodeRange> ranges_;
+};
+
 }  // namespace
 
-Level decodeRecords(const RecordPlace& place, const VolumeInfo& info, Extent extent, std::span<const std::byte> blocks,
-                    std::span<const std::byte> ranges) {
-  const LevelEntry& entry = place.entry;
+LevelDecoder::LevelDecoder(const RecordPlace& place, const VolumeInfo& info, Extent extent, const BlockWindow& window)
+    : extent_(extent), window_(window), level_{.info = place.info, .blocks = {}, .subblocks = {}} {
+  if (!window.holds(latticeDims(place.info.dims, info.blockVoxels()))) return;
   const bool stored = extent == Extent::stored;
-  Level result{.info = place.info, .blocks = {}, .subblocks = {}};
-  result.blocks.reserve(stored ? entry.block_count : entry.apron_block_count);
-  result.subblocks.reserve(stored ? entry.subblock_count : entry.apron_subblock_count);
-  BlockReader block_reader(place, info, blocks);
-  RangeReader range_reader(place, info, extent, ranges);
+  level_.blocks.reserve(stored ? place.entry.block_count : place.entry.apron_block_count);
+  level_.subblocks.reserve(stored ? place.entry.subblock_count : place.entry.apron_subblock_count);
+}
+
+void LevelDecoder::add(RecordReader& records, RangeReader& ranges) {
+  const bool stored = extent_ == Extent::stored;
   BlockRecord record;
-  while (block_reader.next(record)) {
+  while (records.next(record)) {
     Block block;
     block.origin = record.origin;
+    block.stored = record.stored;
+    block.first_stored = records.counts().stored - static_cast<std::uint64_t>(countOf(record.stored));
     for (std::size_t i = 0; i < block.occupancy.size(); ++i) {
       block.occupancy[i] = record.stored[i] | (stored ? 0 : record.beyond[i]);
     }
     block.subblock_count = static_cast<std::uint16_t>(countOf(block.occupancy));
     if (block.subblock_count == 0) continue;
-    block.first_subblock = result.subblocks.size();
+    if (!window_.contains(block.origin)) {
+      ranges.skip(block.subblock_count);
+      continue;
+    }
+    block.first_subblock = level_.subblocks.size();
     bool any = false;
     for (int i = 0; i < block.subblock_count; ++i) {
-      result.subblocks.push_back(range_reader.next());
-      include(block, result.subblocks.back(), extent, any);
+      level_.subblocks.push_back(ranges.next());
+      include(block, level_.subblocks.back(), extent_, any);
     }
-    result.blocks.push_back(block);
+    level_.blocks.push_back(block);
   }
-  return result;
 }
 
-std::vector<Page> decodePages(const RecordPlace& place, const VolumeInfo& info, std::span<const std::byte> pages) {
-  const std::uint64_t subblock_bytes = info.subblockVoxels() * voxelBytes(info.type);
-  const int per_block = info.block_side * info.block_side * info.block_side;
-  std::vector<Page> result;
-  result.reserve(pages.size() / sizeof(PageEntry));
-  RecordCheck check(place, place.sections.pages.offset);
-  std::uint64_t bytes = 0;
-  std::uint64_t subblocks = 0;
-  for (std::size_t at = 0; at < pages.size(); at += sizeof(PageEntry)) {
-    PageEntry entry;
-    std::memcpy(&entry, pages.data() + at, sizeof entry);
-    check.at(place.sections.pages.offset + at);
-    check(entry.codec < kCodecs, "page codec", entry.codec, "0 (raw), 1 (lz4) or 2 (zstd)");
-    check(entry.reserved == 0, "page reserved", entry.reserved, "0");
-    check(entry.subblocks >= 1 && entry.subblocks <= per_block, "page subblocks", entry.subblocks,
-          [&] { return fmt::format("1..{}", per_block); });
-    const auto codec = static_cast<Codec>(entry.codec);
-    const std::uint64_t unpacked = entry.subblocks * subblock_bytes;
-    check(codec == Codec::raw ? entry.bytes == unpacked : entry.bytes > 0 && entry.bytes < unpacked, "page bytes",
-          entry.bytes, [&] {
-            return codec == Codec::raw ? fmt::format("{}, of {} subblocks", unpacked, entry.subblocks)
-                                       : fmt::format("1..{}, packed from {}", unpacked - 1, unpacked);
-          });
-    result.push_back({.checksum = entry.checksum,
-                      .offset = place.sections.voxels.offset + bytes,
-                      .first_subblock = subblocks,
-                      .bytes = entry.bytes,
-                      .codec = codec,
-                      .subblocks = entry.subblocks});
-    bytes += entry.bytes;
-    subblocks += entry.subblocks;
-  }
-  check(subblocks == place.entry.subblock_count, "subblocks of all pages", subblocks, "the level's subblock_count");
-  check(bytes == place.sections.voxels.bytes, "bytes of all pages", bytes, "the size of the voxels");
-  return result;
+Level LevelDecoder::take() {
+  level_.blocks.shrink_to_fit();
+  level_.subblocks.shrink_to_fit();
+  linkNeighbours(level_.blocks);
+  level_.info.block_count = level_.blocks.size();
+  level_.info.subblock_count = level_.subblocks.size();
+  return std::move(level_);
 }
 
-void checkPages(const RecordPlace& place, const Level& level, std::span<const Page> pages) {
-  RecordCheck check(place, place.sections.pages.offset);
-  for (std::size_t i = 0; i < level.blocks.size(); ++i) {
-    check.at(place.sections.pages.offset + i * sizeof(PageEntry));
-    check(pages[i].first_subblock == level.blocks[i].first_subblock, "page's first subblock", pages[i].first_subblock,
-          [&] { return fmt::format("its block's, {}", level.blocks[i].first_subblock); });
+RecordGroups::RecordGroups(const RecordPlace& place, const VolumeInfo& info, const ReadBytes& read)
+    : lattice_dims_(latticeDims(place.info.dims, info.blockVoxels())) {
+  SectionReader section(read, place.entry.blocks.offset, place.entry.blocks.bytes);
+  withChecksum(place, "block records", section, place.entry.blocks.checksum, [&] {
+    RecordReader records(place, info, section);
+    BlockRecord record;
+    RunningChecksum checksum;
+    while (true) {
+      const RecordCounts before = records.counts();
+      const std::uint64_t offset = section.offset();
+      const std::span<const std::byte> ahead = section.ahead(largestBlockRecordBytes(info.block_side));
+      const bool more = records.next(record);
+      const bool begins = before.records % kRecords == 0;
+      if ((begins || !more) && !groups_.empty()) groups_.back().checksum = checksum.value();
+      if (!more) break;
+      if (begins) {
+        groups_.push_back(
+            {.first_code = mortonCode(glm::uvec3(record.origin)), .offset = offset, .checksum = 0, .before = before});
+        checksum.reset();
+      }
+      checksum.add(ahead.first(section.offset() - offset));
+    }
+    groups_.push_back({.first_code = std::numeric_limits<std::uint64_t>::max(),
+                       .offset = section.offset(),
+                       .checksum = 0,
+                       .before = records.counts()});
+  });
+}
+
+std::vector<std::size_t> RecordGroups::meeting(const BlockWindow& window) const {
+  std::vector<std::size_t> met;
+  const WindowCodes codes(window, lattice_dims_);
+  std::size_t group = 0;
+  for (const CodeRange& range : codes.ranges()) {
+    const auto behind = [&](std::uint64_t code) {
+      return static_cast<std::size_t>(std::ranges::lower_bound(groups_, code, {}, &RecordGroup::first_code) -
+                                      groups_.begin());
+    };
+    // The one before the first that begins behind the range's begin may reach into it.
+    const std::size_t first = behind(range.begin + 1);
+    group = std::max(group, first == 0 ? 0 : first - 1);
+    for (const std::size_t end = std::min(behind(range.end), size()); group < end; ++group) met.push_back(group);
   }
+  return met;
+}
+
+std::uint64_t RecordGroups::rangeOffset(const RecordPlace& place, const VolumeInfo& info, Extent extent,
+                                        std::size_t group) const {
+  const RecordCounts& before = groups_[group].before;
+  return rangeSection(place, extent).offset +
+         (extent == Extent::stored ? before.stored : before.all) * rangeBytesOf(info.type, extent);
+}
+
+std::vector<std::uint64_t> RecordGroups::rangeChecksums(const RecordPlace& place, const VolumeInfo& info, Extent extent,
+                                                        const ReadBytes& read) const {
+  const Section& ranges = rangeSection(place, extent);
+  SectionReader section(read, ranges.offset, ranges.bytes);
+  std::vector<std::uint64_t> checksums;
+  withChecksum(place, extent == Extent::stored ? "ranges" : "apron ranges", section, ranges.checksum, [&] {
+    for (std::size_t i = 0; i < size(); ++i) {
+      RunningChecksum checksum;
+      for (std::uint64_t left = rangeOffset(place, info, extent, i + 1) - section.offset(); left > 0;) {
+        const auto bytes = section.ahead(static_cast<std::size_t>(std::min<std::uint64_t>(left, 1u << 20)));
+        checksum.add(bytes);
+        section.skip(bytes.size());
+        left -= bytes.size();
+      }
+      checksums.push_back(checksum.value());
+    }
+  });
+  return checksums;
 }
 
 }  // namespace blockwalk

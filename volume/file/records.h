@@ -1,47 +1,83 @@
 // SPDX-License-Identifier: Apache-2.0
-// The records of one channel of a level: decoded, and held against each other and against the header.
+// The records of one channel of a level, all of it or those of a window.
 #pragma once
 
-#include <cstddef>
-#include <span>
-#include <string>
+#include <cstdint>
+#include <string_view>
 #include <vector>
 
-#include "volume/file/layout.h"
+#include "volume/file/record_reader.h"
 
 namespace blockwalk {
 
-// Whose records these are. `file` and `name` ("level 1 channel 0") are for messages.
-struct RecordPlace {
-  const std::string& file;
-  std::string name;
-  const LevelEntry& entry;
-  const ChannelSections& sections;
-  const LevelInfo& info;
-  std::size_t channel = 0;
+// Puts a level together from its records. Throws DataError that names the record's offset, the field and the bound.
+class LevelDecoder {
+ public:
+  LevelDecoder(const RecordPlace& place, const VolumeInfo& info, Extent extent, const BlockWindow& window);
+
+  // All records up to the reader's last. `ranges` has those of the extent.
+  void add(RecordReader& records, RangeReader& ranges);
+  // With neighbours. The counts of its info are those of what was added.
+  Level take();
+
+ private:
+  Extent extent_;
+  BlockWindow window_;
+  Level level_;
 };
 
-// Which subblocks: those with voxels, or also those of which only the apron has any.
-enum class Extent { stored, apron };
+// Runs a decoder of a section's bytes, and throws DataError naming `what` where the section's checksum is another: also
+// in place of what the decoder threw.
+template <typename Decode>
+void withChecksum(const RecordPlace& place, std::string_view what, SectionReader& section, std::uint64_t wanted,
+                  Decode decode) {
+  const std::uint64_t offset = section.offset();
+  const std::uint64_t bytes = section.left();
+  const auto check = [&] {
+    const std::uint64_t found = section.checksum();
+    if (found == wanted) return;
+    failData("{}: {} {} at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", place.file, place.name, what,
+             offset, bytes, found, wanted);
+  };
+  try {
+    decode();
+  } catch (const DataError&) {
+    check();
+    throw;
+  }
+  check();
+}
 
-// The level without neighbours. `ranges` is the section of that extent; sections have the sizes that the entries say.
-// Throws DataError that names the record's offset, the field and the bound.
-Level decodeRecords(const RecordPlace& place, const VolumeInfo& info, Extent extent, std::span<const std::byte> blocks,
-                    std::span<const std::byte> ranges);
-
-// One page as a reader needs it.
-struct Page {
+// Where records lie, by groups of some, so that those of a window are read without all the others. A group's checksum
+// is kept, as the file has one of the whole section alone.
+struct RecordGroup {
+  std::uint64_t first_code = 0;  // Morton code of its first block
+  std::uint64_t offset = 0;      // of its first record, in the volume
   std::uint64_t checksum = 0;
-  std::uint64_t offset = 0;          // in the file
-  std::uint64_t first_subblock = 0;  // of the level
-  std::uint32_t bytes = 0;           // in the file
-  Codec codec = Codec::raw;
-  std::uint8_t subblocks = 0;
+  RecordCounts before;
 };
-// The pages of one channel of a level. Throws DataError as above.
-std::vector<Page> decodePages(const RecordPlace& place, const VolumeInfo& info, std::span<const std::byte> pages);
 
-// Throws DataError unless each block has the page that its subblocks need.
-void checkPages(const RecordPlace& place, const Level& level, std::span<const Page> pages);
+class RecordGroups {
+ public:
+  static constexpr std::uint64_t kRecords = 1024;  // in a group
+
+  // Reads all block records of a level once, and holds them against their checksum and the counts.
+  RecordGroups(const RecordPlace& place, const VolumeInfo& info, const ReadBytes& read);
+
+  std::size_t size() const { return groups_.size() - 1; }
+  // [size()] is the end of the last one.
+  const RecordGroup& operator[](std::size_t group) const { return groups_[group]; }
+  // Those that may have blocks in the window, ascending.
+  std::vector<std::size_t> meeting(const BlockWindow& window) const;
+  // Of each group the checksum of its ranges; reads all of them once, and holds them against their own.
+  std::vector<std::uint64_t> rangeChecksums(const RecordPlace& place, const VolumeInfo& info, Extent extent,
+                                            const ReadBytes& read) const;
+  // Where a group's ranges begin, in the volume.
+  std::uint64_t rangeOffset(const RecordPlace& place, const VolumeInfo& info, Extent extent, std::size_t group) const;
+
+ private:
+  glm::ivec3 lattice_dims_;
+  std::vector<RecordGroup> groups_;  // and the end of the last one
+};
 
 }  // namespace blockwalk

@@ -11,7 +11,7 @@
 namespace blockwalk {
 namespace {
 
-constexpr std::uint64_t kPieceBytes = std::uint64_t{1} << 20;
+constexpr std::uint64_t kArrayPieceBytes = std::uint64_t{1} << 20;
 // Of a box with more rows it is only said whether there is anything.
 constexpr int kRowsLookedInto = 256;
 
@@ -91,7 +91,7 @@ class SampleArray final : public Source {
   void readRun(std::size_t plane, std::uint64_t begin, std::uint64_t count, std::uint64_t first,
                std::span<std::byte> out) {
     const std::size_t file_voxel = converter_.format().voxelBytes();
-    const std::uint64_t piece = kPieceBytes / file_voxel;
+    const std::uint64_t piece = kArrayPieceBytes / file_voxel;
     samples_.resize(std::max<std::size_t>(samples_.size(), std::min(piece, count) * file_voxel));
     for (std::uint64_t done = 0; done < count; done += piece) {
       const auto samples = std::span(samples_).first(std::min(piece, count - done) * file_voxel);

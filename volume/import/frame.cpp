@@ -7,18 +7,21 @@ namespace blockwalk {
 
 std::uint64_t chosenFrame(const ImportOptions& options, std::int64_t frames, const std::string& source,
                           const std::string& field, std::vector<std::string>& notes) {
-  if (frames == 1 && options.frame.value_or(0) == 0) return 0;
-  if (!options.frame) {
-    notes.push_back(
-        fmt::format("{}: of {} volumes, one after the other, it is the first; --frame chooses another", field, frames));
+  options.tellSteps(frames);
+  const std::int64_t chosen = options.frame ? *options.frame : options.time.value_or(0);
+  if (frames == 1 && chosen == 0) return 0;
+  if (!options.choosesStep()) {
+    notes.push_back(fmt::format(
+        "{}: of {} volumes, one after the other, it is the first; --frame chooses another, --time all imports all",
+        field, frames));
     return 0;
   }
-  if (*options.frame < 0 || *options.frame >= frames) {
-    failData("{}: {}: --frame {} is outside 0..{}", source, field, *options.frame, frames - 1);
+  if (chosen < 0 || chosen >= frames) {
+    failData("{}: {}: --{} {} is outside 0..{}", source, field, options.frame ? "frame" : "time", chosen, frames - 1);
   }
   notes.push_back(fmt::format("{}: of {} volumes, one after the other, it is the one that is counted {} from 0", field,
-                              frames, *options.frame));
-  return static_cast<std::uint64_t>(*options.frame);
+                              frames, chosen));
+  return static_cast<std::uint64_t>(chosen);
 }
 
 }  // namespace blockwalk

@@ -8,6 +8,7 @@
 #include "volume/import/openers.h"
 #include "volume/import/slices/slice_order.h"
 #include "volume/import/sniff.h"
+#include "volume/import/unread_format.h"
 #include "volume/import/zip_folder.h"
 
 namespace blockwalk {
@@ -24,13 +25,14 @@ void refuseRawFlags(const std::string& name, const ImportOptions& options) {
 // Which choices between what lies in one file a format has.
 struct Choices {
   bool level = false;
-  bool time = false;
   bool dataset = false;
 };
 
 Choices choicesOf(FileKind kind) {
-  if (kind == FileKind::zarr || kind == FileKind::zip) return {.level = true, .time = true};
-  if (kind == FileKind::hdf5 || kind == FileKind::spimdata) return {.level = true, .time = true, .dataset = true};
+  if (kind == FileKind::tiff) return {.level = true};
+  if (kind == FileKind::zarr || kind == FileKind::zip) return {.level = true};
+  if (kind == FileKind::hdf5 || kind == FileKind::spimdata) return {.level = true, .dataset = true};
+  if (kind == FileKind::dicom) return {.dataset = true};
   if (kind == FileKind::vdb || kind == FileKind::nanovdb) return {.dataset = true};
   return {};
 }
@@ -38,8 +40,7 @@ Choices choicesOf(FileKind kind) {
 void refuseOtherChoices(const std::string& name, FileKind kind, const ImportOptions& options) {
   const Choices has = choicesOf(kind);
   if (options.level && !has.level)
-    failData("{}: --level is for OME-Zarr, Imaris and BigDataViewer, which have levels", name);
-  if (options.time && !has.time) failData("{}: --time is for Zarr and HDF5, which may have steps in time", name);
+    failData("{}: --level is for OME-Zarr, Imaris, BigDataViewer and TIFF, which have levels", name);
   if (options.dataset && !has.dataset) failData("{}: --dataset is for files that hold several by name", name);
 }
 
@@ -48,7 +49,9 @@ std::unique_ptr<Source> openStack(Paths slices, const std::string& name, const I
   const FileKind kind = fileKind(InputFile(slices.front()));
   refuseOtherChoices(name, kind, options);
   for (const auto& slice : slices) {
-    const FileKind found = fileKind(InputFile(slice));
+    const InputFile file(slice);
+    const FileKind found = fileKind(file);
+    if (found == FileKind::unread) throw DataError(unreadMessage(file));
     if (!isSliceKind(found)) {
       failData("{}: is neither {}; several files are the slices of one stack", slice.string(), kSliceFormats);
     }
@@ -114,7 +117,7 @@ Opener openerOf(FileKind kind) {
     case FileKind::jpeg2000:
     case FileKind::webp:
     case FileKind::gif:
-    case FileKind::video:
+    case FileKind::unread:
     case FileKind::zarr:
     case FileKind::zip:
       break;
@@ -136,10 +139,7 @@ std::unique_ptr<Source> openFile(const std::filesystem::path& path, const Import
   }
   const FileKind kind = fileKind(*file);
   if (isSliceKind(kind)) return openStack({path}, file->name(), options);
-  if (kind == FileKind::video) {
-    failData("{}: is a video, which is not read; turn it into slices: ffmpeg -i {} slice%05d.png", file->name(),
-             file->name());
-  }
+  if (kind == FileKind::unread) throw DataError(unreadMessage(*file));
   if (kind == FileKind::unknown) {
     if (const auto header = niftiHeaderOf(path)) return openFile(*header, options);
     failData("{}: is no file of a known format ({}); raw data needs --dims and --type", file->name(), kKnownFormats);
@@ -205,26 +205,33 @@ std::unique_ptr<Source> openAny(const std::filesystem::path& path, const ImportO
 
 }  // namespace
 
-std::unique_ptr<Source> openSource(const Paths& paths, const ImportOptions& options) {
+namespace {
+
+std::unique_ptr<Source> openPaths(const Paths& paths, const ImportOptions& options) {
   if (paths.empty()) failData("no file to import is named");
   if (options.channels == ChannelRule::separate) return openSeparate(paths, options);
   if (paths.size() == 1) {
     return openAny(paths[0], options);
   }
   Paths slices = paths;
-  std::sort(slices.begin(), slices.end(), [](const auto& a, const auto& b) {
-    const std::string name_a = a.filename().string();
-    const std::string name_b = b.filename().string();
-    if (name_a != name_b) return comesBefore(name_a, name_b);
-    return a < b;
-  });
-  const auto repeated = std::adjacent_find(slices.begin(), slices.end());
-  if (repeated != slices.end()) failData("{}: is named twice", repeated->string());
+  orderByName(slices);
   if (fileKind(InputFile(slices.front())) == FileKind::dicom) {
     refuseOtherChoices(slices.front().filename().string(), FileKind::dicom, options);
     return openDicom(slices, slices.front().filename().string(), options);
   }
   return openStack(slices, slices.front().filename().string(), options);
+}
+
+}  // namespace
+
+std::unique_ptr<Source> openSource(const Paths& paths, const ImportOptions& options) {
+  ImportOptions counting = options;
+  if (counting.step_count == nullptr) counting.step_count = std::make_shared<std::int64_t>(0);
+  auto source = openPaths(paths, counting);
+  if (options.time.value_or(0) != 0 && *counting.step_count == 0) {
+    failData("{}: time {} is asked for, it has no steps in time", source->info().name, *options.time);
+  }
+  return source;
 }
 
 }  // namespace blockwalk

@@ -2,6 +2,7 @@
 // Opens image files as a Source. The format is found from the content, never from the name alone.
 #pragma once
 
+#include <algorithm>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -30,14 +31,23 @@ struct ImportOptions {
   DensityRule density = DensityRule::automatic;  // alpha where there is one, else max
   ChannelRule channels = ChannelRule::automatic;
   std::optional<std::int64_t> frame;       // of a file with several volumes, counted from 0
+  std::optional<std::int64_t> time;        // the same, of steps in time; the first where neither is given
   std::optional<std::string> series;       // DICOM: which of several, by its number in the list of them or its UID
   std::vector<std::string> channel_names;  // none, or one a channel
-  std::optional<int> level;                // OME-Zarr, HDF5: 0 is the finest
-  std::optional<int> time;                 // Zarr, HDF5: step in time; the first where there is none
+  std::optional<int> level;                // OME-Zarr, HDF5, TIFF: 0 is the finest
   std::optional<std::string> dataset;      // of a file with several: by its path or name
   // Taken off every sample that 32-bit floats may not hold exactly, before it becomes one (value_offset.h).
   std::optional<double> value_offset;
   std::uint64_t memory_bytes = std::uint64_t{2} << 30;
+  // Where it is said how many volumes there are one after the other, of which frame or time choose one; 0: the format
+  // has no such thing.
+  std::shared_ptr<std::int64_t> step_count = nullptr;
+
+  bool choosesStep() const { return frame.has_value() || time.has_value(); }
+  // Of several sources that are a channel each, the least.
+  void tellSteps(std::int64_t count) const {
+    if (step_count != nullptr) *step_count = *step_count == 0 ? count : std::min(*step_count, count);
+  }
 };
 
 // One file, or the slices of a stack in any order (they are sorted naturally: slice2 before slice10), or one folder of

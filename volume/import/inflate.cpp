@@ -11,18 +11,20 @@ namespace blockwalk {
 namespace {
 constexpr std::size_t kInputBytes = std::size_t{1} << 18;
 constexpr int kGzipOrZlib = 32 + MAX_WBITS;
+
+int windowBits(bool is_bare) { return is_bare ? -MAX_WBITS : kGzipOrZlib; }
 }  // namespace
 
-InflateStream::InflateStream(std::shared_ptr<const InputFile> file, std::uint64_t first)
-    : file_(std::move(file)), first_(first), position_(first), input_(kInputBytes) {
-  const int result = inflateInit2(&zlib_, kGzipOrZlib);
+InflateStream::InflateStream(std::shared_ptr<const InputFile> file, std::uint64_t first, bool is_bare)
+    : file_(std::move(file)), first_(first), is_bare_(is_bare), position_(first), input_(kInputBytes) {
+  const int result = inflateInit2(&zlib_, windowBits(is_bare_));
   BLOCKWALK_CHECK(result, ==, Z_OK);
 }
 
 InflateStream::~InflateStream() { inflateEnd(&zlib_); }
 
 void InflateStream::restart() {
-  inflateReset2(&zlib_, kGzipOrZlib);
+  inflateReset2(&zlib_, windowBits(is_bare_));
   zlib_.avail_in = 0;
   position_ = first_;
   ended_ = false;
@@ -37,7 +39,7 @@ bool InflateStream::fill() {
 }
 
 void InflateStream::endMember() {
-  if ((zlib_.avail_in == 0 && !fill()) || *zlib_.next_in != 0x1f) {
+  if (is_bare_ || (zlib_.avail_in == 0 && !fill()) || *zlib_.next_in != 0x1f) {
     ended_ = true;
     return;
   }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Unpacks a gzip or zlib stream inside a file, front to back, in bounded memory.
+// Unpacks a gzip, zlib or bare deflate stream inside a file, front to back, in bounded memory.
 #pragma once
 
 #include <zlib.h>
@@ -18,7 +18,8 @@ namespace blockwalk {
 // zlib keeps a pointer to its state.
 class InflateStream final : public PackedStream {
  public:
-  InflateStream(std::shared_ptr<const InputFile> file, std::uint64_t first);
+  // is_bare: deflate without a header, which is one stream.
+  InflateStream(std::shared_ptr<const InputFile> file, std::uint64_t first, bool is_bare = false);
   ~InflateStream() override;
   InflateStream(const InflateStream&) = delete;
   InflateStream& operator=(const InflateStream&) = delete;
@@ -34,6 +35,7 @@ class InflateStream final : public PackedStream {
 
   std::shared_ptr<const InputFile> file_;
   std::uint64_t first_;
+  bool is_bare_;
   std::uint64_t position_;  // in the file, of the first byte not yet handed to zlib
   std::vector<std::byte> input_;
   z_stream zlib_{};

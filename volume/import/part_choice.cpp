@@ -12,10 +12,13 @@ namespace blockwalk {
 
 std::uint64_t chosenStep(const ImportOptions& options, std::uint64_t steps, const std::string& name,
                          std::vector<std::string>& notes) {
+  options.tellSteps(static_cast<std::int64_t>(std::min<std::uint64_t>(steps, INT64_MAX)));
   const auto step = static_cast<std::uint64_t>(options.time.value_or(0));
   if (steps == 0) failData("{}: has no steps in time", name);
   if (step >= steps) failData("{}: time {} is asked for, must be 0..{}", name, step, steps - 1);
-  if (steps > 1) notes.push_back(fmt::format("of the {} steps in time it is number {}; --time chooses", steps, step));
+  if (steps > 1)
+    notes.push_back(
+        fmt::format("of the {} steps in time it is number {}; --time chooses, --time all imports all", steps, step));
   return step;
 }
 

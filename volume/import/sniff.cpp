@@ -17,6 +17,7 @@
 #include "volume/import/header_text.h"
 #include "volume/import/nifti/nifti_header.h"
 #include "volume/import/packed_stream.h"
+#include "volume/import/unread_format.h"
 
 namespace blockwalk {
 namespace {
@@ -52,15 +53,6 @@ bool startsLikeZarr(std::string_view text) {
 bool startsLikeVgi(std::string_view text) {
   const std::string_view begin = trimmed(text);
   return begin.starts_with("{volume") || begin.starts_with("[representation]");
-}
-
-// MP4 and QuickTime, Matroska and WebM, AVI, MPEG program streams, Ogg.
-bool startsLikeVideo(std::string_view start) {
-  if (start.size() < 12) return false;
-  if (start.substr(4, 4) == "ftyp" || start.substr(4, 4) == "moov") return true;
-  if (start.starts_with("RIFF")) return start.substr(8, 4) == "AVI ";
-  return start.starts_with("\x1a\x45\xdf\xa3") || start.starts_with(std::string_view("\0\0\1\xba", 4)) ||
-         start.starts_with("OggS");
 }
 
 // The XML of BigDataViewer, whose images lie in a file of HDF5.
@@ -119,7 +111,7 @@ FileKind fileKind(const InputFile& file) {
   if (start.starts_with("\xff\x4f\xff\x51")) return FileKind::jpeg2000;
   if (start.starts_with("GIF87a") || start.starts_with("GIF89a")) return FileKind::gif;
   if (start.size() >= 12 && start.starts_with("RIFF") && start.substr(8, 4) == "WEBP") return FileKind::webp;
-  if (startsLikeVideo(start)) return FileKind::video;
+  if (surelyUnread(file, start) != nullptr) return FileKind::unread;
   if (start.starts_with("\x89HDF\r\n\x1a\n")) return FileKind::hdf5;
   if (start.starts_with("\x93NUMPY")) return FileKind::npy;
   if (start.starts_with("VOX ")) return FileKind::vox;
@@ -145,7 +137,7 @@ FileKind fileKind(const InputFile& file) {
   if (startsLikeKvx(bytes, file.bytes())) return FileKind::kvx;
   if (startsLikeAim(bytes)) return FileKind::aim;
   if (startsLikeBareDicom(start)) return FileKind::dicom;
-  return FileKind::unknown;
+  return likelyUnread(file, start) != nullptr ? FileKind::unread : FileKind::unknown;
 }
 
 }  // namespace blockwalk

@@ -22,7 +22,7 @@ enum class FileKind {
   jpeg2000,
   webp,
   gif,
-  video,  // known, and not read
+  unread,  // known, and not read: unread_format.h
   prism,
   idx,
   zarr,

@@ -150,7 +150,11 @@ ZipFile::ZipFile(std::shared_ptr<const InputFile> file, std::uint64_t most_direc
 
 std::uint64_t ZipFile::begin(const ZipEntry& entry, const std::string& named) const {
   if (entry.method != 0 && entry.method != Z_DEFLATED) {
-    failData("{}: zip method {} cannot be read; stored and deflated can", named, entry.method);
+    const std::string method = entry.method < 0    ? "is encrypted"
+                               : entry.method == 9 ? "is packed with Deflate64"
+                                                   : fmt::format("is packed with method {}", entry.method);
+    failData("{}: zip: {}; stored and deflated entries can be read: unzip {} -d FOLDER (or 7z x), and import FOLDER",
+             named, method, name());
   }
   std::vector<std::byte> local(kLocalBytes);
   file_->read(entry.header, local);

@@ -20,6 +20,7 @@
 #include "volume/error.h"
 #include "volume/export/export.h"
 #include "volume/import/import.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk::volume_test {
 
@@ -81,6 +82,11 @@ inline void importAgain(const std::filesystem::path& path, const ExportReport& r
   flags.build.subblock_side = subblock_side;
   flags.build.block_side = 3;
   buildVolume(*openSource({path}, flags.source), volume, flags.build);
+}
+
+// Of a volume that was imported again, what does not tell from which fields and files.
+inline std::string importedContents(const std::filesystem::path& volume) {
+  return readContents(volume, {kSpacingFromKey, kReadFromKey});
 }
 
 struct Shape {

@@ -58,7 +58,7 @@ TEST_P(ExportShapes, NrrdKeepsEverything) {
   EXPECT_EQ(report.bytes, std::filesystem::file_size(folder_ / "out.nrrd"));
   EXPECT_THAT(report.notes, testing::IsEmpty());
   importAgain(folder_ / "out.nrrd", report, folder_ / "w.bwv", GetParam().subblock_side);
-  EXPECT_TRUE(readContents(folder_ / "w.bwv") == readContents(folder_ / "v.bwv"));
+  EXPECT_TRUE(importedContents(folder_ / "w.bwv") == readContents(folder_ / "v.bwv"));
   EXPECT_EQ(VolumeFile(folder_ / "w.bwv").info().world_from_index,
             VolumeFile(folder_ / "v.bwv").info().world_from_index);
 }
@@ -69,7 +69,7 @@ TEST_P(ExportShapes, RawKeepsVoxelsAndSpacing) {
       exportVolume(VolumeFile(folder_ / "v.bwv"), folder_ / "out.raw", {.format = ExportFormat::raw});
   EXPECT_THAT(report.notes, testing::IsEmpty());
   importAgain(folder_ / "out.raw", report, folder_ / "w.bwv", GetParam().subblock_side);
-  EXPECT_TRUE(readContents(folder_ / "w.bwv") == readContents(folder_ / "v.bwv"));
+  EXPECT_TRUE(importedContents(folder_ / "w.bwv") == readContents(folder_ / "v.bwv"));
 }
 
 TEST_P(ExportShapes, PrismKeepsVoxelsAndSpacingOfOneIntegerChannel) {
@@ -84,7 +84,7 @@ TEST_P(ExportShapes, PrismKeepsVoxelsAndSpacingOfOneIntegerChannel) {
   const ExportReport report = exportVolume(VolumeFile(folder_ / "v.bwv"), folder_ / "out.prism", options);
   EXPECT_THAT(report.notes, testing::IsEmpty());
   importAgain(folder_ / "out.prism", report, folder_ / "w.bwv", shape.subblock_side);
-  EXPECT_TRUE(readContents(folder_ / "w.bwv") == readContents(folder_ / "v.bwv"));
+  EXPECT_TRUE(importedContents(folder_ / "w.bwv") == readContents(folder_ / "v.bwv"));
 }
 
 // Every voxel of a box, against the level as a whole.
@@ -220,7 +220,7 @@ TEST(Export, LabelsComeBackAsLabels) {
   buildVolume(source, folder / "v.bwv", options);
   const ExportReport report = exportVolume(VolumeFile(folder / "v.bwv"), folder / "a.nrrd", {});
   importAgain(folder / "a.nrrd", report, folder / "w.bwv");
-  EXPECT_TRUE(readContents(folder / "w.bwv") == readContents(folder / "v.bwv"));
+  EXPECT_TRUE(importedContents(folder / "w.bwv") == readContents(folder / "v.bwv"));
 }
 
 TEST(Export, RefusesWhatTheVolumeHasNot) {

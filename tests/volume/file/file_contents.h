@@ -3,7 +3,10 @@
 #pragma once
 
 #include <cstring>
+#include <filesystem>
+#include <set>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "volume/error.h"
@@ -64,13 +67,16 @@ void appendValue(std::string& out, const T& value) {
   out.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
-// Everything that a reader of the file can learn, as one string. Throws what the reader throws.
-inline std::string readContents(const std::filesystem::path& path) {
+// Everything that a reader of the file can learn, but for the metadata `without`, as one string. Throws what the reader
+// throws.
+inline std::string readContents(const std::filesystem::path& path, const std::set<std::string_view>& without = {}) {
   const VolumeFile file(path);
   const VolumeInfo& info = file.info();
   std::string out =
       info.metadata.source_name + info.metadata.source_kind + info.metadata.length_unit + info.metadata.space;
-  for (const auto& [key, value] : info.metadata.others) out += key + value;
+  for (const auto& [key, value] : info.metadata.others) {
+    if (!without.contains(key)) out += key + value;
+  }
   appendValue(out, info.type);
   appendValue(out, info.dims);
   appendValue(out, info.world_from_index);

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "volume/file/file.h"
+#include "volume/file/checksum.h"
 
 #include <fcntl.h>
 #include <gmock/gmock.h>

@@ -12,6 +12,7 @@
 #include "volume/build/builder.h"
 #include "volume/codec_name.h"
 #include "volume/error.h"
+#include "volume/file/checksum.h"
 
 namespace blockwalk::volume_test {
 namespace {

@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "volume/file/checksum.h"
 #include "volume/file/header.h"
 
 namespace blockwalk::volume_test {

@@ -49,11 +49,14 @@ inline void survivesBreakingInBounds(const Scratch& scratch, const std::string& 
   EXPECT_GT(read, 0);
 }
 
-// Refused, or voxels of some volume, and of a file that is cut off of the same.
-inline void survivesBreaking(const Scratch& scratch, const std::string& name, const std::string& bytes) {
+// Refused, or voxels of some volume, and of a file that is cut off of the same. `source`: what is imported, where the
+// file is only a part of that.
+inline void survivesBreaking(const Scratch& scratch, const std::string& name, const std::string& bytes,
+                             const std::string& source = {}) {
   const auto read = [&](const std::string& other) -> std::optional<std::string> {
     try {
-      return importAll(scratch.write(name, other));
+      scratch.write(name, other);
+      return importAll(scratch.path(source.empty() ? name : source));
     } catch (const DataError& error) {
       EXPECT_NE(std::string(error.what()), "");
       return std::nullopt;
@@ -63,6 +66,7 @@ inline void survivesBreaking(const Scratch& scratch, const std::string& name, co
   ASSERT_TRUE(whole.has_value());
   forEachCut(bytes, [&](const std::string& cut) { EXPECT_EQ(read(cut).value_or(*whole), *whole) << cut.size(); });
   forEachFlippedBit(bytes, read);
+  scratch.write(name, bytes);
 }
 
 }  // namespace blockwalk

@@ -19,7 +19,7 @@ def arguments_of(text, cases=200):
 
 
 def imported(blockwalk, path, folder, flags=()):
-    """Info of the volume, and its values by channel, z, y, x: imported, verified, exported as raw."""
+    """Info of the volume, and its values by channel, z, y, x, and colour: imported, verified, exported as raw."""
     volume, raw = os.path.join(folder, "v.bwv"), os.path.join(folder, "v.raw")
     for name in (volume, raw):
         if os.path.exists(name):
@@ -27,6 +27,8 @@ def imported(blockwalk, path, folder, flags=()):
     subprocess.run([blockwalk, "import", path, "-o", volume, "--verify", *flags], check=True, capture_output=True)
     info = json.loads(subprocess.run([blockwalk, "info", "--json", volume], check=True, capture_output=True).stdout)
     subprocess.run([blockwalk, "export", volume, "-o", raw], check=True, capture_output=True)
+    if info["type"] == "rgba8":
+        return info, np.fromfile(raw, "u1").reshape([1] + info["dims"][::-1] + [4]).astype("f4")
     kind = {"u8": "u1", "u16": "<u2", "f32": "<f4"}[info["type"]]
     if info["channels"][0]["value_offset"] != 0 and kind != "<f4":
         kind = kind.replace("u", "i")  # what was signed comes out signed

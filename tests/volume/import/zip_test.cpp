@@ -66,6 +66,19 @@ TEST(Zip, RefusesByName) {
               HasSubstr("holds another zip file"));
   scratch.write("text/readme.txt", "no slice");
   EXPECT_THAT(refusal({scratch.write("c.zip", zipped(scratch.path("text"), false))}), HasSubstr("readme.txt"));
+  // The method of both headers of an entry, and the bit that says it is encrypted.
+  const auto changed = [&](std::size_t in_local, std::size_t in_directory, char value) {
+    std::string other = whole;
+    for (std::size_t at = 0; at + 46 < other.size(); ++at) {
+      if (other.compare(at, 4, "PK\3\4") == 0) other[at + in_local] = value;
+      if (other.compare(at, 4, "PK\1\2") == 0) other[at + in_directory] = value;
+    }
+    return scratch.write("m.zip", other);
+  };
+  EXPECT_THAT(refusal({changed(8, 10, 9)}), HasSubstr("s0.webp: zip: is packed with Deflate64; stored and deflated"));
+  EXPECT_THAT(refusal({changed(8, 10, 9)}), HasSubstr("unzip m.zip -d FOLDER"));
+  EXPECT_THAT(refusal({changed(8, 10, 14)}), HasSubstr("is packed with method 14"));
+  EXPECT_THAT(refusal({changed(6, 8, 1)}), HasSubstr("is encrypted"));
   for (std::size_t part = 0; part < 64; ++part) {
     try {
       readAll(*openSource({scratch.write("d.zip", whole.substr(0, whole.size() * part / 64))}, {}));

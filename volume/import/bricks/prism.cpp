@@ -14,6 +14,7 @@
 #include "volume/import/convert/channel.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -128,6 +129,8 @@ std::unique_ptr<Source> openPrism(std::shared_ptr<const InputFile> file, const I
   Geometry geometry;
   for (int i = 0; i < 3; ++i) geometry.axes[static_cast<std::size_t>(i)] *= metadata.scale[i];
   info.world_from_index = worldFromIndex(geometry, options.spacing, file->name(), "scale");
+  tellSpacing(options.spacing, "scale", info);
+  tellRead(metadata.bricks.size(), "brick", metadata.bricks.size(), info);
   const SampleType type = metadata.bytes_per_voxel == 1 ? SampleType::u8 : SampleType::u16;
   ChannelConverter({.type = type}, false, options, info.name).describe(info, options);
   info.random_access = true;

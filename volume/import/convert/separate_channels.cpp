@@ -6,6 +6,7 @@
 #include "volume/error.h"
 #include "volume/import/convert/channel.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
@@ -98,6 +99,8 @@ std::unique_ptr<Source> openSeparate(const std::vector<std::filesystem::path>& p
     checkAlike(sources[0]->info(), sources.back()->info());
   }
   SourceInfo info = sources[0]->info();
+  std::erase_if(info.facts, [](const auto& fact) { return fact.first == kReadFromKey; });
+  info.facts.emplace_back(kReadFromKey, fmt::format("{} sources, a channel each", sources.size()));
   for (std::size_t i = 1; i < sources.size(); ++i) {
     const SourceInfo& other = sources[i]->info();
     info.channels.push_back(other.channels[0]);

@@ -2,13 +2,17 @@
 // DICOM: a series of files, or the frames of one.
 #include <algorithm>
 #include <cstring>
+#include <optional>
+#include <set>
 #include <utility>
 
 #include "volume/error.h"
 #include "volume/import/convert/channel.h"
 #include "volume/import/dicom/dicom_frames.h"
+#include "volume/import/dicom/dicom_segments.h"
 #include "volume/import/dicom/dicom_series.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -63,7 +67,11 @@ class DicomSource final : public Source {
     const DicomFrame& frame = series_.frames[static_cast<std::size_t>(z)];
     if (z != z_) {
       frame_.clear();
-      frame_ = readDicomFrame(series_.images[frame.file], frame.index, memory_bytes_);
+      const DicomImage& image = series_.images[frame.file];
+      // Of a file that is deflated the next frame comes behind the last.
+      if (!file_ || frame.file != open_) file_.emplace(openDicomBytes(image));
+      open_ = frame.file;
+      frame_ = readDicomFrame(image, frame.index, *file_, memory_bytes_);
       z_ = z;
     }
     const std::size_t row = frame_.size() / static_cast<std::size_t>(info_.dims.y);
@@ -92,6 +100,8 @@ class DicomSource final : public Source {
   ChannelConverter converter_;
   bool is_scaled_;
   std::uint64_t memory_bytes_;
+  std::optional<DicomBytes> file_;  // number `open_`
+  std::size_t open_ = 0;
   int z_ = -1;
   std::vector<std::byte> frame_;
   std::vector<std::byte> samples_;
@@ -102,6 +112,8 @@ class DicomSource final : public Source {
 std::unique_ptr<Source> openDicom(const std::vector<std::filesystem::path>& paths, const std::string& name,
                                   const ImportOptions& options) {
   DicomSeries series = openDicomSeries(paths, name, options);
+  if (!series.images.front().segmentation.empty()) return openDicomSegments(std::move(series), name, options);
+  if (options.dataset) failData("{}: --dataset: of DICOM only segmentations hold several by name", name);
   const DicomImage& first = series.images.front();
   const DicomPixels& pixels = first.pixels;
   SourceInfo info{.name = name, .format = "dicom"};
@@ -109,6 +121,10 @@ std::unique_ptr<Source> openDicom(const std::vector<std::filesystem::path>& path
                           "Columns, Rows, frames");
   info.world_from_index = worldFromIndex(series.geometry, options.spacing, name,
                                          "PixelSpacing, ImageOrientationPatient, ImagePositionPatient");
+  tellSpacing(options.spacing, dicomSpacingFields(first, series.frames.size(), series.has_place), info);
+  std::set<std::size_t> files;
+  for (const DicomFrame& frame : series.frames) files.insert(frame.file);
+  tellRead(series.frames.size(), "slice", files.size(), info);
   if (series.has_place) info.space = "left-posterior-superior";
   if (series.has_place || first.spacing) info.length_unit = "mm";
   info.notes = series.notes;

@@ -14,7 +14,8 @@ namespace {
 constexpr const char* kRle = "1.2.840.10008.1.2.5";
 
 bool isPlainSyntax(const std::string& syntax) {
-  return syntax == "1.2.840.10008.1.2" || syntax == "1.2.840.10008.1.2.1" || syntax == "1.2.840.10008.1.2.2";
+  return syntax == "1.2.840.10008.1.2" || syntax == "1.2.840.10008.1.2.1" || syntax == "1.2.840.10008.1.2.2" ||
+         syntax == "1.2.840.10008.1.2.1.99";
 }
 
 std::uint32_t little32(std::span<const std::byte> bytes, std::size_t at) {
@@ -67,7 +68,7 @@ void unpackRle(const DicomImage& image, std::span<const std::byte> packed, std::
   }
 }
 
-std::vector<std::byte> packedBytes(const DicomImage& image, std::size_t frame, const InputFile& file,
+std::vector<std::byte> packedBytes(const DicomImage& image, std::size_t frame, DicomBytes& file,
                                    std::uint64_t memory_bytes) {
   std::uint64_t bytes = 0;
   for (const DicomPiece& piece : image.pieces[frame]) bytes += piece.bytes;
@@ -133,6 +134,9 @@ void takeStoredBits(const DicomPixels& pixels, std::span<std::byte> bytes) {
 void takeStored(const DicomPixels& pixels, std::span<std::byte> bytes) {
   if (pixels.is_float) return;
   switch (pixels.bits_allocated) {
+    case 1:
+      for (std::byte& pixel : bytes) pixel ^= std::byte{static_cast<unsigned char>(pixels.is_inverted ? 1 : 0)};
+      return;
     case 8:
       return pixels.is_signed ? takeStoredBits<std::int8_t>(pixels, bytes)
                               : takeStoredBits<std::uint8_t>(pixels, bytes);
@@ -145,24 +149,74 @@ void takeStored(const DicomPixels& pixels, std::span<std::byte> bytes) {
   }
 }
 
+// A byte a pixel of a frame whose bits lie behind those of the frame before, the lowest of a byte first.
+void readBits(const DicomImage& image, std::size_t frame, DicomBytes& file, std::span<std::byte> bytes) {
+  const DicomPiece& piece = image.pieces[frame][0];
+  std::vector<std::byte> packed(piece.bytes);
+  file.read(piece.begin, packed);
+  std::uint64_t bit = frame * image.pixels.frameBytes() % 8;
+  for (std::byte& pixel : bytes) {
+    pixel = packed[bit / 8] >> static_cast<int>(bit % 8) & std::byte{1};
+    ++bit;
+  }
+}
+
+template <typename T>
+void colorPixels(const DicomPalette& palette, const std::vector<std::uint16_t>& colors,
+                 std::span<const std::byte> bytes, std::span<std::byte> out) {
+  const std::size_t width = palette.bits == 8 ? 1 : 2;
+  for (std::size_t i = 0; i < bytes.size() / sizeof(T); ++i) {
+    T value{};
+    std::memcpy(&value, &bytes[i * sizeof value], sizeof value);
+    const auto entry = static_cast<std::size_t>(std::clamp(int{value} - palette.first, 0, palette.entries - 1));
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::uint16_t sample = colors[entry * 3 + c];
+      const auto narrow = static_cast<std::uint8_t>(sample);
+      std::memcpy(&out[(i * 3 + c) * width], width == 1 ? static_cast<const void*>(&narrow) : &sample, width);
+    }
+  }
+}
+
+std::vector<std::byte> colored(const DicomImage& image, std::span<const std::byte> bytes) {
+  const DicomPalette& palette = *image.palette;
+  const std::vector<std::uint16_t> colors = expandPalette(palette, image.name);
+  const SampleType type = image.pixels.storedFormat().type;
+  std::vector<std::byte> out(bytes.size() / sampleBytes(type) * image.pixels.format().voxelBytes());
+  if (type == SampleType::u8) colorPixels<std::uint8_t>(palette, colors, bytes, out);
+  if (type == SampleType::i8) colorPixels<std::int8_t>(palette, colors, bytes, out);
+  if (type == SampleType::u16) colorPixels<std::uint16_t>(palette, colors, bytes, out);
+  if (type == SampleType::i16) colorPixels<std::int16_t>(palette, colors, bytes, out);
+  return out;
+}
+
 }  // namespace
+
+DicomBytes openDicomBytes(const DicomImage& image) {
+  DicomBytes file(image.path);
+  if (image.deflated_from > 0) file.inflateFrom(image.deflated_from);
+  return file;
+}
 
 bool canReadDicom(const std::string& transfer_syntax) {
   return isPlainSyntax(transfer_syntax) || transfer_syntax == kRle || canUnpackDicom(transfer_syntax);
 }
 
-std::vector<std::byte> readDicomFrame(const DicomImage& image, std::size_t frame, std::uint64_t memory_bytes) {
+std::vector<std::byte> readDicomFrame(const DicomImage& image, std::size_t frame, DicomBytes& file,
+                                      std::uint64_t memory_bytes) {
   const DicomPixels& pixels = image.pixels;
-  // The frame, the same once more while it is put in order, and its packed bytes.
-  if (pixels.frameBytes() > memory_bytes / 3) {
+  // The frame, the same once more while it is put in order, and its packed bytes; or its colours.
+  const std::uint64_t colors = pixels.frameBytes() / pixels.storedFormat().voxelBytes() * pixels.format().voxelBytes();
+  const std::uint64_t needed = std::max(3 * pixels.frameBytes(), pixels.frameBytes() + colors);
+  if (needed > memory_bytes) {
     failData("{}: Rows and Columns: a frame of {} bytes takes {} of memory, {} are allowed; raise --memory", image.name,
-             pixels.frameBytes(), 3 * pixels.frameBytes(), memory_bytes);
+             pixels.frameBytes(), needed, memory_bytes);
   }
-  const InputFile file(image.path);
   std::vector<std::byte> bytes(pixels.frameBytes());
   const auto width = static_cast<std::size_t>(pixels.bits_allocated) / 8;
   bool is_planar = pixels.is_planar;
-  if (!image.is_packed) {
+  if (pixels.bits_allocated == 1) {
+    readBits(image, frame, file, bytes);
+  } else if (!image.is_packed) {
     file.read(image.pieces[frame][0].begin, bytes);
     if (image.is_big_endian != (std::endian::native == std::endian::big) && width > 1) {
       for (std::size_t i = 0; i < bytes.size(); i += width) std::reverse(&bytes[i], &bytes[i] + width);
@@ -179,6 +233,7 @@ std::vector<std::byte> readDicomFrame(const DicomImage& image, std::size_t frame
   if (is_planar) interleavePlanes(bytes, static_cast<std::size_t>(pixels.samples), width);
   if (pixels.is_ybr) toRgb(bytes);
   takeStored(pixels, bytes);
+  if (image.palette) return colored(image, bytes);
   return bytes;
 }
 

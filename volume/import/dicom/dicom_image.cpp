@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "volume/error.h"
+#include "volume/import/dicom/dicom_segments.h"
 #include "volume/import/header_text.h"
 #include "volume/volume.h"
 
@@ -25,8 +26,10 @@ class DicomImageReader {
     image_.modality = set.text(dicomTag(0x0008, 0x0060));
     image_.transfer_syntax = file_.transfer_syntax;
     image_.is_big_endian = file_.is_big_endian;
+    image_.deflated_from = file_.deflated_from;
     image_.is_packed = file_.is_packed;
     readPixels();
+    readSegments();
     readPlane();
     readFrames();
     readUnit();
@@ -54,9 +57,11 @@ class DicomImageReader {
     pixels.width = whole(dicomTag(0x0028, 0x0011), "Columns", std::nullopt, 1, kMaxDim - 1);
     pixels.samples = whole(dicomTag(0x0028, 0x0002), "SamplesPerPixel", 1, 1, 3);
     pixels.bits_allocated = whole(dicomTag(0x0028, 0x0100), "BitsAllocated", std::nullopt, 1, 64);
-    if (pixels.bits_allocated % 8 != 0 || pixels.bits_allocated == 24) {
-      fail("BitsAllocated: {} cannot be read; 8, 16, 32 and 64 can", pixels.bits_allocated);
+    const bool is_bit = pixels.bits_allocated == 1;
+    if (!is_bit && (pixels.bits_allocated % 8 != 0 || pixels.bits_allocated == 24)) {
+      fail("BitsAllocated: {} cannot be read; 1, 8, 16, 32 and 64 can", pixels.bits_allocated);
     }
+    if (is_bit && file_.is_packed) fail("BitsAllocated: 1 cannot be read of packed pixels");
     pixels.is_float = file_.is_float;
     if (pixels.is_float ? pixels.bits_allocated < 32 : pixels.bits_allocated > 32) {
       fail("BitsAllocated: {} with {} pixels cannot be read", pixels.bits_allocated,
@@ -75,16 +80,52 @@ class DicomImageReader {
     const std::string text = file_.set.text(dicomTag(0x0028, 0x0004));
     const bool is_grey = text == "MONOCHROME1" || text == "MONOCHROME2" || text.empty();
     const bool is_jpeg_color = text == "YBR_FULL_422" || text == "YBR_ICT" || text == "YBR_RCT";
+    const bool is_palette = text == "PALETTE COLOR" && pixels.bits_allocated <= 16 && pixels.bits_allocated >= 8;
     const bool is_color = text == "RGB" || text == "YBR_FULL" || (is_jpeg_color && file_.is_packed);
-    if (pixels.samples == 1 ? !is_grey : !is_color || pixels.samples != 3) {
+    if (pixels.samples == 1 ? !is_grey && !is_palette : !is_color || pixels.samples != 3) {
       fail("PhotometricInterpretation: {} with {} samples a pixel cannot be read", text, pixels.samples);
     }
-    if (pixels.samples == 3 && (pixels.bits_allocated > 16 || pixels.is_signed)) {
+    if (pixels.samples == 3 && (pixels.bits_allocated > 16 || pixels.bits_allocated < 8 || pixels.is_signed)) {
       fail("BitsAllocated: {} of a colour cannot be read; 8 and 16 can", pixels.bits_allocated);
+    }
+    if (is_palette) {
+      image_.palette = readDicomPalette(file_, pixels.is_signed);
+      pixels.palette_bits = image_.palette->bits;
     }
     pixels.is_inverted = text == "MONOCHROME1";
     // JPEG 2000 turns its own kinds back by itself.
     pixels.is_ybr = (text == "YBR_FULL" || text == "YBR_FULL_422") && pixels.bits_allocated == 8;
+  }
+
+  void readSegments() {
+    image_.segmentation = file_.set.text(dicomTag(0x0062, 0x0001));
+    if (image_.segmentation.empty()) return;
+    if (image_.segmentation != "BINARY" && image_.segmentation != "FRACTIONAL" && image_.segmentation != "LABELMAP") {
+      fail("SegmentationType: {} cannot be read", image_.segmentation.substr(0, 16));
+    }
+    const DicomPixels& pixels = image_.pixels;
+    const int most_bits = image_.segmentation == "BINARY" ? 1 : image_.segmentation == "FRACTIONAL" ? 8 : 16;
+    if (pixels.format().channels != 1 || pixels.bits_allocated > most_bits || pixels.is_signed) {
+      fail("BitsAllocated: {} of a segmentation that is {} cannot be read", pixels.bits_allocated, image_.segmentation);
+    }
+    image_.segments = readDicomSegments(file_);
+    image_.full_fraction = whole(dicomTag(0x0062, 0x000e), "MaximumFractionalValue", 255, 1, 255);
+  }
+
+  // Of a frame: the one that it names, or the only one that there is.
+  int segmentOf(std::size_t frame) const {
+    if (image_.segmentation.empty() || image_.segmentation == "LABELMAP") return 0;
+    const DicomSet* said = group(frame, dicomTag(0x0062, 0x000a));
+    const auto number = said != nullptr ? file_.whole(*said, dicomTag(0x0062, 0x000b)) : std::nullopt;
+    if (!number && image_.segments.size() == 1) return static_cast<int>(image_.segments[0].value);
+    const bool is_known = number && std::ranges::any_of(image_.segments, [&](const LabelInfo& segment) {
+                            return segment.value == static_cast<double>(*number);
+                          });
+    if (!is_known) {
+      fail("ReferencedSegmentNumber: frame {} is of segment {}, which SegmentSequence has not", frame + 1,
+           number ? fmt::format("{}", *number) : "(not said)");
+    }
+    return static_cast<int>(*number);
   }
 
   // The functional group of a frame, or of all.
@@ -125,6 +166,7 @@ class DicomImageReader {
     for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
       DicomFrame frame;
       frame.index = i;
+      frame.segment = segmentOf(i);
       frame.number = number.empty() || std::fabs(number[0]) > 1e15 ? 0 : static_cast<std::int64_t>(number[0]);
       const auto place = positionOf(i);
       frame.has_position = place.size() >= 3;
@@ -160,6 +202,7 @@ class DicomImageReader {
     const bool own = file_.set.items.contains(dicomTag(0x5200, 0x9230));
     const DicomSet* measures = group(0, dicomTag(0x0028, 0x9110));
     image_.thickness = std::fabs(real(measures, dicomTag(0x0018, 0x0088), "SpacingBetweenSlices", 0));
+    image_.is_step_said = image_.thickness > 0;
     if (image_.thickness == 0) {
       image_.thickness = std::fabs(real(measures, dicomTag(0x0018, 0x0050), "SliceThickness", 0));
     }
@@ -168,10 +211,13 @@ class DicomImageReader {
       image_.thickness = image_.spacing.value_or(glm::dvec2(1)).x;
       image_.is_thickness_guessed = true;
     }
+    const bool has_offsets = offsets.size() == image_.frames.size();
+    image_.step_field = has_offsets           ? "GridFrameOffsetVector"
+                        : image_.is_step_said ? "SpacingBetweenSlices"
+                                              : "SliceThickness";
     const glm::dvec3 normal = glm::cross((*image_.directions)[0], (*image_.directions)[1]);
     for (std::size_t i = 0; i < image_.frames.size(); ++i) {
-      const bool is_listed = offsets.size() == image_.frames.size();
-      const double along = is_listed ? offsets[i] - offsets[0] : image_.thickness * static_cast<double>(i);
+      const double along = has_offsets ? offsets[i] - offsets[0] : image_.thickness * static_cast<double>(i);
       image_.frames[i].position += normal * along;
     }
   }
@@ -199,14 +245,17 @@ class DicomImageReader {
   void takePieces() {
     const std::size_t count = image_.frames.size();
     if (file_.is_packed) return takeFragments(count);
-    const std::uint64_t needed = image_.pixels.frameBytes() * count;
+    const bool is_bit = image_.pixels.bits_allocated == 1;
+    const std::uint64_t pixels = image_.pixels.frameBytes();
+    const std::uint64_t needed = is_bit ? (pixels * count + 7) / 8 : pixels * count;
     if (file_.pieces[0].bytes < needed) {
       fail("PixelData: {} bytes are there, {} frames of {} x {} need {}", file_.pieces[0].bytes, count,
            image_.pixels.width, image_.pixels.height, needed);
     }
     for (std::size_t i = 0; i < count; ++i) {
-      image_.pieces.push_back(
-          {{.begin = file_.pieces[0].begin + i * image_.pixels.frameBytes(), .bytes = image_.pixels.frameBytes()}});
+      const std::uint64_t begin = is_bit ? i * pixels / 8 : i * pixels;
+      const std::uint64_t end = is_bit ? ((i + 1) * pixels + 7) / 8 : (i + 1) * pixels;
+      image_.pieces.push_back({{.begin = file_.pieces[0].begin + begin, .bytes = end - begin}});
     }
   }
 
@@ -241,9 +290,14 @@ class DicomImageReader {
 }  // namespace
 
 SampleFormat DicomPixels::format() const {
+  if (palette_bits > 0) return {.type = palette_bits == 8 ? SampleType::u8 : SampleType::u16, .channels = 3};
+  return storedFormat();
+}
+
+SampleFormat DicomPixels::storedFormat() const {
   SampleFormat result{.channels = samples};
   const std::array<SampleType, 3> kinds =
-      bits_allocated == 8    ? std::array{SampleType::u8, SampleType::i8, SampleType::f32}
+      bits_allocated <= 8    ? std::array{SampleType::u8, SampleType::i8, SampleType::f32}
       : bits_allocated == 16 ? std::array{SampleType::u16, SampleType::i16, SampleType::f32}
       : bits_allocated == 32 ? std::array{SampleType::u32, SampleType::i32, SampleType::f32}
                              : std::array{SampleType::u64, SampleType::i64, SampleType::f64};
@@ -252,8 +306,8 @@ SampleFormat DicomPixels::format() const {
 }
 
 std::optional<DicomImage> readDicomImage(const std::filesystem::path& path) {
-  const InputFile input(path);
-  DicomFile file = readDicomFile(input);
+  DicomBytes bytes(path);
+  DicomFile file = readDicomFile(bytes);
   if (!file.has_pixels) return std::nullopt;
   return DicomImageReader(std::move(file), path).read();
 }

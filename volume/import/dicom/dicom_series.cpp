@@ -17,7 +17,8 @@ namespace {
 constexpr double kSame = 1e-3;  // millimetres, and of unit vectors
 
 bool areAlike(const DicomImage& a, const DicomImage& b) {
-  if (a.pixels != b.pixels || a.directions.has_value() != b.directions.has_value()) return false;
+  if (a.pixels != b.pixels || a.segmentation != b.segmentation || a.directions.has_value() != b.directions.has_value())
+    return false;
   if (!a.directions) return true;
   return glm::length((*a.directions)[0] - (*b.directions)[0]) < kSame &&
          glm::length((*a.directions)[1] - (*b.directions)[1]) < kSame;
@@ -192,11 +193,29 @@ void keepAlike(DicomSeries& series) {
 
 }  // namespace
 
+std::string dicomSpacingFields(const DicomImage& image, std::size_t slices, bool by_position) {
+  std::string fields = image.spacing ? "PixelSpacing" : "of pixels guessed: 1";
+  if (slices < 2) return image.spacing ? fields : "";
+  if (by_position && !image.is_thickness_guessed) {
+    return fields + ", " + (image.step_field.empty() ? "ImagePositionPatient" : image.step_field);
+  }
+  if (image.is_step_said) return fields + ", SpacingBetweenSlices";
+  if (image.thickness > 0 && !image.is_thickness_guessed) return fields + ", SliceThickness";
+  return image.spacing ? fields + ", between slices guessed: as along a row" : "";
+}
+
 DicomSeries openDicomSeries(const std::vector<std::filesystem::path>& paths, const std::string& name,
                             const ImportOptions& options) {
   SeriesByUid all;
   for (const auto& path : paths) {
-    if (auto image = readDicomImage(path)) all[image->series].push_back(std::move(*image));
+    auto image = readDicomImage(path);
+    if (!image) continue;
+    std::vector<DicomImage>& known = all[image->series];
+    // Large tables, and mostly one of all.
+    if (image->palette && !known.empty() && known.back().palette && *image->palette == *known.back().palette) {
+      image->palette = known.back().palette;
+    }
+    known.push_back(std::move(*image));
   }
   if (all.empty()) failData("{}: PixelData: no file of it has any", name);
   DicomSeries series;
@@ -207,7 +226,7 @@ DicomSeries openDicomSeries(const std::vector<std::filesystem::path>& paths, con
     failData("{}: TransferSyntaxUID: {} cannot be read{}", image.name, image.transfer_syntax,
              canUnpackDicom("1.2.840.10008.1.2.4.70") ? "" : "; this program was built without GDCM, which reads JPEG");
   }
-  SeriesOrder(series, name, options).sort();
+  if (series.images.front().segmentation.empty()) SeriesOrder(series, name, options).sort();
   return series;
 }
 

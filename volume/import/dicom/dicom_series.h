@@ -2,6 +2,7 @@
 // The images of a DICOM series as one volume: which, in which order, and where.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -21,8 +22,12 @@ struct DicomSeries {
   std::vector<std::string> notes;
 };
 
-// Of the files those without pixels are passed over. Throws DataError where they hold several series and the options
-// choose none, with a list of them, and for what cannot be read.
+// The elements that say how large pixels are, and how far apart slices: `by_position` where that is of where they lie.
+std::string dicomSpacingFields(const DicomImage& image, std::size_t slices, bool by_position);
+
+// The frames of segmentations are left to whoever reads them. Of the files those without pixels are passed over. Throws
+// DataError where they hold several series and the options choose none, with a list of them, and for what cannot be
+// read.
 DicomSeries openDicomSeries(const std::vector<std::filesystem::path>& paths, const std::string& name,
                             const ImportOptions& options);
 

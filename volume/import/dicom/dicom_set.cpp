@@ -25,6 +25,7 @@ constexpr int kMostDepth = 16;
 const std::set<std::uint32_t>& keptTags() {
   static const std::set<std::uint32_t> tags = {
       dicomTag(0x0002, 0x0010),  // TransferSyntaxUID
+      dicomTag(0x0008, 0x0005),  // SpecificCharacterSet
       dicomTag(0x0008, 0x0060),  // Modality
       dicomTag(0x0018, 0x0050),  // SliceThickness
       dicomTag(0x0018, 0x0088),  // SpacingBetweenSlices
@@ -47,7 +48,22 @@ const std::set<std::uint32_t>& keptTags() {
       dicomTag(0x0028, 0x1052),  // RescaleIntercept
       dicomTag(0x0028, 0x1053),  // RescaleSlope
       dicomTag(0x0028, 0x1054),  // RescaleType
+      dicomTag(0x0028, 0x1101),  // RedPaletteColorLookupTableDescriptor
+      dicomTag(0x0028, 0x1102),  // GreenPaletteColorLookupTableDescriptor
+      dicomTag(0x0028, 0x1103),  // BluePaletteColorLookupTableDescriptor
+      dicomTag(0x0028, 0x1201),  // RedPaletteColorLookupTableData
+      dicomTag(0x0028, 0x1202),  // GreenPaletteColorLookupTableData
+      dicomTag(0x0028, 0x1203),  // BluePaletteColorLookupTableData
+      dicomTag(0x0028, 0x1221),  // SegmentedRedPaletteColorLookupTableData
+      dicomTag(0x0028, 0x1222),  // SegmentedGreenPaletteColorLookupTableData
+      dicomTag(0x0028, 0x1223),  // SegmentedBluePaletteColorLookupTableData
       dicomTag(0x0054, 0x1001),  // Units
+      dicomTag(0x0062, 0x0001),  // SegmentationType
+      dicomTag(0x0062, 0x0004),  // SegmentNumber
+      dicomTag(0x0062, 0x0005),  // SegmentLabel
+      dicomTag(0x0062, 0x000b),  // ReferencedSegmentNumber
+      dicomTag(0x0062, 0x000d),  // RecommendedDisplayCIELabValue
+      dicomTag(0x0062, 0x000e),  // MaximumFractionalValue
       dicomTag(0x3004, 0x0002),  // DoseUnits
       dicomTag(0x3004, 0x000c),  // GridFrameOffsetVector
       dicomTag(0x3004, 0x000e),  // DoseGridScaling
@@ -57,13 +73,15 @@ const std::set<std::uint32_t>& keptTags() {
 
 // Sequences that are looked into.
 bool isKeptSequence(std::uint32_t tag) {
-  constexpr std::array<std::uint32_t, 6> kSequences = {
+  constexpr std::array<std::uint32_t, 8> kSequences = {
       dicomTag(0x5200, 0x9229),  // SharedFunctionalGroupsSequence
       dicomTag(0x5200, 0x9230),  // PerFrameFunctionalGroupsSequence
       dicomTag(0x0020, 0x9113),  // PlanePositionSequence
       dicomTag(0x0020, 0x9116),  // PlaneOrientationSequence
       dicomTag(0x0028, 0x9110),  // PixelMeasuresSequence
       dicomTag(0x0028, 0x9145),  // PixelValueTransformationSequence
+      dicomTag(0x0062, 0x0002),  // SegmentSequence
+      dicomTag(0x0062, 0x000a),  // SegmentIdentificationSequence
   };
   return std::ranges::find(kSequences, tag) != kSequences.end();
 }
@@ -82,7 +100,7 @@ struct Element {
 
 class DicomReader {
  public:
-  explicit DicomReader(const InputFile& file) : file_(file) { result_.name = file.name(); }
+  explicit DicomReader(DicomBytes& file) : file_(file) { result_.name = file.name(); }
 
   DicomFile read() {
     std::string start(132, '\0');
@@ -169,9 +187,13 @@ class DicomReader {
 
   void chooseSyntax(bool has_preamble) {
     const std::string& syntax = result_.transfer_syntax;
-    if (syntax == "1.2.840.10008.1.2.1.99") fail("TransferSyntaxUID {}: deflated data sets cannot be read", syntax);
     result_.is_big_endian = syntax == "1.2.840.10008.1.2.2";
     is_explicit_ = syntax != "1.2.840.10008.1.2";
+    if (syntax == "1.2.840.10008.1.2.1.99") {
+      result_.deflated_from = at_;
+      file_.measureFrom(at_);
+      window_.clear();
+    }
     if (!syntax.empty()) return;
     if (has_preamble && at_ > 132) fail("TransferSyntaxUID: the element is missing");
     // Without one: two capitals where a value representation would be say that there are some.
@@ -274,7 +296,7 @@ class DicomReader {
     at_ = begin;
   }
 
-  const InputFile& file_;
+  DicomBytes& file_;
   DicomFile result_;
   std::uint64_t at_ = 0;
   bool is_explicit_ = true;
@@ -308,6 +330,19 @@ std::optional<std::int64_t> DicomFile::whole(const DicomSet& from, std::uint32_t
   return first | second << 8;
 }
 
+std::vector<int> DicomFile::wholes(const DicomSet& from, std::uint32_t tag) const {
+  std::vector<int> result;
+  const auto found = from.values.find(tag);
+  if (found == from.values.end()) return result;
+  const std::string& bytes = found->second;
+  for (std::size_t i = 0; i + 2 <= bytes.size(); i += 2) {
+    const auto first = static_cast<unsigned char>(bytes[i + (is_big_endian ? 1 : 0)]);
+    const auto second = static_cast<unsigned char>(bytes[i + (is_big_endian ? 0 : 1)]);
+    result.push_back(first | second << 8);
+  }
+  return result;
+}
+
 std::vector<double> DicomFile::reals(const DicomSet& from, std::uint32_t tag) const {
   std::vector<double> result;
   const std::string text = from.text(tag);
@@ -335,6 +370,6 @@ bool startsLikeBareDicom(std::string_view start) {
   return has_vr || (start[5] == 0 && start[6] == 0 && start[7] == 0);
 }
 
-DicomFile readDicomFile(const InputFile& file) { return DicomReader(file).read(); }
+DicomFile readDicomFile(DicomBytes& file) { return DicomReader(file).read(); }
 
 }  // namespace blockwalk

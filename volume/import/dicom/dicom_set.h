@@ -10,7 +10,7 @@
 #include <string_view>
 #include <vector>
 
-#include "volume/import/input_file.h"
+#include "volume/import/dicom/dicom_bytes.h"
 
 namespace blockwalk {
 
@@ -36,6 +36,7 @@ struct DicomFile {
   std::string name;
   std::string transfer_syntax;
   bool is_big_endian = false;
+  std::uint64_t deflated_from = 0;  // byte where the deflated data set begins; 0: it is not deflated
   DicomSet set;
   bool has_pixels = false;
   bool is_float = false;               // FloatPixelData and DoubleFloatPixelData
@@ -45,6 +46,7 @@ struct DicomFile {
 
   // Throw DataError, naming the element, where it is no number.
   std::optional<std::int64_t> whole(const DicomSet& from, std::uint32_t tag) const;  // US
+  std::vector<int> wholes(const DicomSet& from, std::uint32_t tag) const;            // US
   std::vector<double> reals(const DicomSet& from, std::uint32_t tag) const;          // DS, IS: separated by backslashes
 };
 
@@ -54,6 +56,6 @@ bool startsLikeDicom(std::string_view start);
 bool startsLikeBareDicom(std::string_view start);
 
 // Throws DataError naming the element and the bound.
-DicomFile readDicomFile(const InputFile& file);
+DicomFile readDicomFile(DicomBytes& file);
 
 }  // namespace blockwalk

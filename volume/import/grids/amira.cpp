@@ -14,6 +14,7 @@
 #include "volume/import/grids/amira_header.h"
 #include "volume/import/header_text.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 #include "volume/import/text/text_samples.h"
 #include "volume/import/zarr/zarr_codec.h"
 #include "volume/volume.h"
@@ -164,6 +165,7 @@ std::unique_ptr<Source> openAmira(std::shared_ptr<const InputFile> file, const I
   SourceInfo info{.name = name, .format = "amira", .dims = amiraDims(header, name)};
   info.world_from_index =
       worldFromIndex(amiraGeometry(header, info.dims, name, info.notes), options.spacing, name, "BoundingBox");
+  tellSpacing(options.spacing, header.parameters.contains("BoundingBox") ? "BoundingBox" : "", info);
   const auto unit = header.parameters.find("Units.Coordinates");
   if (unit != header.parameters.end() && unit->second.front().size() <= kMaxUnitBytes)
     info.length_unit = unit->second.front();

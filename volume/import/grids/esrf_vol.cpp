@@ -13,6 +13,7 @@
 #include "volume/import/geometry.h"
 #include "volume/import/header_text.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -107,6 +108,7 @@ std::unique_ptr<Source> openEsrfVol(std::shared_ptr<const InputFile> file, const
     }
   }
   info.world_from_index = worldFromIndex(geometry, options.spacing, name, "voxelSize");
+  tellSpacing(options.spacing, info.length_unit.empty() ? "" : "voxelSize", info);
   const auto order = fields.find("BYTE_ORDER");
   const bool is_big = order != fields.end() && order->second == "HIGHBYTEFIRST";
   const SampleFormat format{.type = SampleType::f32, .swap_bytes = is_big != (std::endian::native == std::endian::big)};

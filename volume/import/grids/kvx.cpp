@@ -10,6 +10,7 @@
 #include "volume/import/grids/vox_source.h"
 #include "volume/import/header_bytes.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -144,6 +145,7 @@ std::unique_ptr<Source> openKvx(std::shared_ptr<const InputFile> file, const Imp
   Geometry upright;
   upright.axes = {glm::dvec3{1, 0, 0}, glm::dvec3{0, 0, 1}, glm::dvec3{0, -1, 0}};
   info.world_from_index = worldFromIndex(upright, options.spacing, info.name, "spacing");
+  tellSpacing(options.spacing, "", info);
   VoxScene scene = KvxColumns(*file, options.memory_bytes).read();
   scene.notes.emplace_back("the format has voxels of surfaces: what they enclose is empty");
   return makeVoxSource(std::move(scene), std::move(info), options);

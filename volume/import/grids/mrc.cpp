@@ -10,9 +10,11 @@
 
 #include "volume/error.h"
 #include "volume/import/dense_array_source.h"
+#include "volume/import/frame.h"
 #include "volume/import/geometry.h"
 #include "volume/import/header_bytes.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -185,18 +187,13 @@ std::unique_ptr<Source> openMrc(std::shared_ptr<const InputFile> file, const Imp
   SourceInfo info{.name = name, .format = "mrc", .dims = dims};
   info.world_from_index = worldFromIndex(geometryOf(header, name, info.notes), options.spacing, name, "cell");
   if (info.notes.empty()) info.length_unit = "angstrom";
-  const std::int64_t volume = options.frame.value_or(0);
-  if (volume >= stack.volumes) failData("{}: frame {} is asked for, must be 0..{}", name, volume, stack.volumes - 1);
-  if (stack.volumes > 1) {
-    info.notes.push_back(
-        fmt::format("of the {} volumes of the stack it is number {}; --frame chooses", stack.volumes, volume));
-  }
+  tellSpacing(options.spacing, info.length_unit.empty() ? "" : "cell, MX, MY, MZ", info);
+  const std::uint64_t volume = chosenFrame(options, stack.volumes, name, "NZ, MZ", info.notes);
   const std::int32_t extended = header.i32(kExtended);
   if (extended < 0) failData("{}: NSYMBT: {} bytes of extended header, must be 0 or more", name, extended);
   const SampleFormat format{.type = *type, .swap_bytes = header.swaps() && sampleBytes(*type) > 1};
   const std::uint64_t of_volume = arrayBytes(format, dims);
-  const std::uint64_t begin =
-      kMrcHeaderBytes + static_cast<std::uint64_t>(extended) + of_volume * static_cast<std::uint64_t>(volume);
+  const std::uint64_t begin = kMrcHeaderBytes + static_cast<std::uint64_t>(extended) + of_volume * volume;
   return makeSampleArray({.info = std::move(info), .format = format}, options, readFileBytes(file, begin, of_volume));
 }
 

@@ -15,6 +15,7 @@
 #include "volume/import/geometry.h"
 #include "volume/import/header_text.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
@@ -125,11 +126,11 @@ std::unique_ptr<Source> openNpy(std::shared_ptr<const InputFile> file, const Imp
     failData("{}: fortran_order: of three axes alone; save numpy.ascontiguousarray(a)", name);
   }
   std::int64_t frames = 1;
-  if (shape.size() == 4 && areFields(shape.back()) && !options.frame) {
+  if (shape.size() == 4 && areFields(shape.back()) && !options.choosesStep()) {
     array.format.channels = static_cast<int>(shape.back());
     shape.pop_back();
   } else if (shape.size() == 4) {
-    const bool are_channels = areFields(shape.front()) && !options.frame;
+    const bool are_channels = areFields(shape.front()) && !options.choosesStep();
     if (are_channels) {
       array.format.channels = static_cast<int>(shape.front());
       array.order = ArrayOrder::planes;
@@ -148,6 +149,7 @@ std::unique_ptr<Source> openNpy(std::shared_ptr<const InputFile> file, const Imp
   }
   array.info.dims = checkedDims(shape[2], shape[1], shape[0], name, "shape");
   array.info.world_from_index = worldFromIndex(geometry, options.spacing, name, "shape");
+  tellSpacing(options.spacing, "", array.info);
   const std::uint64_t frame = chosenFrame(options, frames, name, "shape", array.info.notes);
   const std::uint64_t bytes = arrayBytes(array.format, array.info.dims);
   const std::uint64_t begin = header.data_begin + frame * bytes;

@@ -13,6 +13,7 @@
 #include "volume/import/geometry.h"
 #include "volume/import/header_text.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -99,6 +100,7 @@ std::vector<std::byte> unpackDds(const InputFile& file, bool in_blocks, std::uin
 struct PvmHeader {
   glm::ivec3 dims{0};
   glm::dvec3 scale{1};
+  bool has_scale = false;  // that it is said
   int components = 1;
   std::uint64_t begin = 0;  // of voxels
 };
@@ -119,6 +121,7 @@ class PvmText {
     if (version != "PVM") {
       const auto scale = numbers("scale", 3);
       header.scale = {scale[0], scale[1], scale[2]};
+      header.has_scale = true;
     }
     const double components = numbers("components", 1)[0];
     if (components != 1 && components != 2)
@@ -171,6 +174,7 @@ std::unique_ptr<Source> openPvm(std::shared_ptr<const InputFile> file, const Imp
   Geometry geometry;
   for (int i = 0; i < 3; ++i) geometry.axes[static_cast<std::size_t>(i)] *= header.scale[i];
   info.world_from_index = worldFromIndex(geometry, options.spacing, name, "scale");
+  tellSpacing(options.spacing, header.has_scale ? "scale" : "", info);
   // Two bytes have the higher one first.
   SampleFormat format{.type = header.components == 1 ? SampleType::u8 : SampleType::u16};
   format.swap_bytes = header.components == 2 && std::endian::native == std::endian::little;

@@ -13,6 +13,7 @@
 #include "volume/import/header_bytes.h"
 #include "volume/import/header_text.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -113,6 +114,7 @@ std::unique_ptr<Source> openIsq(std::shared_ptr<const InputFile> file, const Imp
   }
   geometry.first_center = glm::dvec3(0, 0, header.i32(76) / 1000.0);
   info.world_from_index = worldFromIndex(geometry, options.spacing, name, "dimx_um, dimy_um, dimz_um");
+  tellSpacing(options.spacing, "dimx_um, dimy_um, dimz_um", info);
   info.length_unit = "mm";
   const std::int32_t blocks = header.i32(508);
   if (blocks < 0) failData("{}: data_offset: {} blocks, must be 0 or more", name, blocks);
@@ -169,6 +171,7 @@ std::unique_ptr<Source> openAim(std::shared_ptr<const InputFile> file, const Imp
   }
   geometry.first_center = center;
   info.world_from_index = worldFromIndex(geometry, options.spacing, name, "el_size_mm");
+  tellSpacing(options.spacing, "el_size_mm", info);
   info.length_unit = "mm";
   const SampleFormat format = littleEndianFormat(*type);
   auto samples = readFileBytes(file, begin, arrayBytes(format, info.dims));

@@ -13,6 +13,7 @@
 #include "volume/import/geometry.h"
 #include "volume/import/header_text.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -111,6 +112,7 @@ std::unique_ptr<Source> openVgi(std::shared_ptr<const InputFile> file, const Imp
     if (unit != nullptr && unit->size() <= kMaxUnitBytes) info.length_unit = *unit;
   }
   info.world_from_index = worldFromIndex(geometry, options.spacing, header.name(), "resolution");
+  tellSpacing(options.spacing, header.find("resolution") != nullptr ? "resolution" : "", info);
   const SampleFormat format = vgiFormat(header);
   const auto data = openDataFile(*file, "Name", vgiDataName(header.require("name")));
   const auto begin = static_cast<std::uint64_t>(header.integer("skipheader", 0));

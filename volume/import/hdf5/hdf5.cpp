@@ -8,6 +8,7 @@
 #include "volume/error.h"
 #include "volume/import/hdf5/hdf5_image.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
@@ -43,6 +44,7 @@ std::unique_ptr<Source> makeSource(Hdf5File& file, Hdf5Image image, const Import
   const Hdf5Dataset& first = image.datasets.front();
   SourceInfo info{.name = file.name(), .format = "hdf5", .dims = first.part.dims, .random_access = true};
   info.world_from_index = worldFromIndex(image.geometry, options.spacing, info.name, "the size of voxels");
+  tellSpacing(options.spacing, image.spacing_fields, info);
   info.length_unit = image.length_unit;
   info.space = image.space;
   const std::size_t channels = image.datasets.size() > 1 ? image.datasets.size() : first.part.channels;

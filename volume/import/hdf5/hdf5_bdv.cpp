@@ -199,6 +199,7 @@ class BdvReader {
       return;
     }
     image_.geometry.first_center = glm::dvec3(view.world * center);
+    image_.spacing_fields = "ViewRegistrations";
     const LengthUnit unit = lengthUnit(view.unit);
     image_.length_unit = unit.name;
     if (unit.name.empty() && !said(view.setup)->unit.empty() && view.unit.empty()) {

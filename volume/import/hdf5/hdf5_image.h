@@ -25,6 +25,7 @@ struct Hdf5Image {
   std::string space = {};
   std::vector<SourceChannel> channels = {};  // what is said of each; none where nothing is
   std::vector<std::string> notes = {};
+  std::string spacing_fields = {};  // that say it; empty: none does
 };
 
 // Each gives nothing where the file is none of its kind, and throws DataError for what it cannot read.

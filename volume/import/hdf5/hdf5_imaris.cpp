@@ -91,6 +91,7 @@ void placeIn(const Hdf5Object& info, glm::ivec3 dims, Hdf5Image& image) {
   image.geometry.axes = {glm::dvec3(step.x, 0, 0), glm::dvec3(0, step.y, 0), glm::dvec3(0, 0, step.z)};
   image.geometry.first_center = low + 0.5 * step;
   image.geometry.corner = low;
+  image.spacing_fields = "ExtMin, ExtMax";
   image.length_unit = lengthUnit(info.joined("Unit")).name;
 }
 

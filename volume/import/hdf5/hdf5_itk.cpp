@@ -42,6 +42,7 @@ std::optional<Hdf5Image> findItk(Hdf5File& file, const Hdf5Object& root, const I
   }
   image.geometry.first_center = glm::dvec3(origin[0], origin[1], origin[2]);
   image.space = "left-posterior-superior";
+  image.spacing_fields = "Spacing";
   return image;
 }
 

@@ -129,7 +129,7 @@ std::optional<Hdf5Image> findNexus(Hdf5File& file, const Hdf5Object& root, const
     if (name.empty() || name == "." || !chosen->has(name)) continue;
     scales[i] = readScale(file, hdf5Path(chosen->path, name), signal->array->shape[*part.space[i]], image.notes);
   }
-  placeByScales(scales, part, image);
+  placeByScales(scales, part, "axes of NXdata", image);
   return image;
 }
 

@@ -107,7 +107,7 @@ ArrayPart partByShape(const Hdf5Array& array, const std::string& name, const Imp
   if (axes.size() == 4 && mayBeChannels(array.shape[axes.back()])) {
     part.channel = axes.back();
     axes.pop_back();
-  } else if (axes.size() == 4 && mayBeChannels(array.shape[axes.front()])) {
+  } else if (axes.size() == 4 && mayBeChannels(array.shape[axes.front()]) && !options.choosesStep()) {
     part.channel = axes.front();
     axes.erase(axes.begin());
   } else if (axes.size() == 4) {
@@ -175,7 +175,12 @@ void setPlace(Hdf5File& file, const Hdf5Object& dataset, const ArrayPart& part, 
       if (std::isfinite(step) && step > 0) scales[i] = AxisScale{.first = 0.5 * step, .step = step};
     }
   }
-  placeByScales(scales, part, image);
+  const bool has_tags = lists.size() != dataset.array->rank();
+  placeByScales(scales, part,
+                sizes_um.size() == 3 ? "element_size_um"
+                : has_tags           ? "axistags"
+                                     : "DIMENSION_LIST",
+                image);
 }
 
 // The conventions of netCDF: what values are in their unit, and which one says that there is none.
@@ -222,11 +227,6 @@ Hdf5Image imageOfDataset(Hdf5File& file, const Hdf5Object& dataset, const Import
   if (options.level.value_or(0) != 0) failData("{}: level {} is asked for, it is one level", name, *options.level);
   Hdf5Image image;
   if (names.empty()) names = axisNames(dataset);
-  const bool has_time =
-      std::ranges::any_of(names, [](const std::string& axis) { return axis == "t" || axis == "time"; });
-  if (!has_time && options.time.value_or(0) != 0) {
-    failData("{}: time {} is asked for, no axis is named so; --frame chooses of a fourth", name, *options.time);
-  }
   ArrayPart part = names.empty() ? partByShape(array, name, options, image.notes)
                                  : partByNames(array, names, name, options, image.notes);
   setSizes(array, name, part, image.notes);

@@ -50,7 +50,8 @@ std::optional<AxisScale> readScale(Hdf5File& file, const std::string& path, std:
   return scale;
 }
 
-void placeByScales(const std::array<std::optional<AxisScale>, 3>& scales, const ArrayPart& part, Hdf5Image& image) {
+void placeByScales(const std::array<std::optional<AxisScale>, 3>& scales, const ArrayPart& part,
+                   const std::string& fields, Hdf5Image& image) {
   const AxisScale* reference = nullptr;
   for (const auto& scale : scales) {
     if (scale && (reference == nullptr || (reference->unit.empty() && !scale->unit.empty()))) reference = &*scale;
@@ -89,6 +90,7 @@ void placeByScales(const std::array<std::optional<AxisScale>, 3>& scales, const 
   }
   image.geometry.first_center = first;
   image.length_unit = unit.name;
+  image.spacing_fields = fields;
 }
 
 }  // namespace blockwalk

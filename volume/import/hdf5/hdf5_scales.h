@@ -25,6 +25,8 @@ std::optional<AxisScale> readScale(Hdf5File& file, const std::string& path, std:
 
 // Sets place and unit from the scales of x, y and z, in the unit of the first that has one. A step that is not known is
 // the mean of those that are, which is told. Nothing, and a note, where units cannot be turned into each other.
-void placeByScales(const std::array<std::optional<AxisScale>, 3>& scales, const ArrayPart& part, Hdf5Image& image);
+// `fields`: what the scales are from.
+void placeByScales(const std::array<std::optional<AxisScale>, 3>& scales, const ArrayPart& part,
+                   const std::string& fields, Hdf5Image& image);
 
 }  // namespace blockwalk

@@ -15,14 +15,15 @@
 #include "volume/import/idx/idx_blocks.h"
 #include "volume/import/idx/idx_header.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
 
 // What the sources of several threads share.
 struct IdxVolume {
-  IdxVolume(const std::shared_ptr<const InputFile>& file, std::uint64_t memory_bytes)
-      : header(readIdxHeader(*file)), blocks(file, header, memory_bytes) {}
+  IdxVolume(const std::shared_ptr<const InputFile>& file, const ImportOptions& options)
+      : header(readIdxHeader(*file, options)), blocks(file, header, options.memory_bytes) {}
 
   IdxHeader header;
   IdxBlocks blocks;
@@ -109,12 +110,13 @@ void checkEmptiness(const InputFile& file, const IdxHeader& header, std::uint64_
 }  // namespace
 
 std::unique_ptr<Source> openIdx(std::shared_ptr<const InputFile> file, const ImportOptions& options) {
-  const auto volume = std::make_shared<IdxVolume>(file, options.memory_bytes);
+  const auto volume = std::make_shared<IdxVolume>(file, options);
   const IdxHeader& header = volume->header;
   checkEmptiness(*file, header, header.fields.size() * header.fields[0].format.voxelBytes());
   SourceInfo info{.name = file->name(), .format = "idx", .dims = header.dims, .random_access = true};
   info.world_from_index = worldFromIndex(header.geometry, options.spacing, file->name(), "logic_to_physic, physic_box");
-  if (!header.time_note.empty()) info.notes.push_back(header.time_note);
+  tellSpacing(options.spacing, header.spacing_field, info);
+  info.notes = header.notes;
   const SampleFormat& format = header.fields[0].format;
   const bool is_color = format.channels > 2 && (format.type == SampleType::u8 || format.type == SampleType::u16);
   ChannelConverter converter = header.fields.size() == 1

@@ -11,6 +11,7 @@
 #include "volume/error.h"
 #include "volume/import/geometry.h"
 #include "volume/import/header_text.h"
+#include "volume/import/part_choice.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
@@ -20,6 +21,7 @@ constexpr int kMostBlockBits = 20;
 constexpr int kMostAxisBits = 16;
 constexpr std::int64_t kMostBlocksPerFile = std::int64_t{1} << 24;
 constexpr std::size_t kMostTemplateBytes = 256;
+constexpr std::int64_t kMostTime = std::int64_t{1} << 40;
 
 struct IdxType {
   std::string_view name;
@@ -30,9 +32,19 @@ constexpr IdxType kIdxTypes[] = {{"uint8", SampleType::u8},   {"int8", SampleTyp
                                  {"uint64", SampleType::u64}, {"int64", SampleType::i64},  {"float32", SampleType::f32},
                                  {"float64", SampleType::f64}};
 
+std::vector<std::string_view> splitAtCommas(std::string_view text) {
+  std::vector<std::string_view> parts;
+  for (std::size_t comma = text.find(','); comma != std::string_view::npos; comma = text.find(',')) {
+    parts.push_back(text.substr(0, comma));
+    text.remove_prefix(comma + 1);
+  }
+  parts.push_back(text);
+  return parts;
+}
+
 class IdxReader {
  public:
-  explicit IdxReader(const InputFile& file) : name_(file.name()) {
+  IdxReader(const InputFile& file, const ImportOptions& options) : name_(file.name()), options_(options) {
     HeaderLines lines(file);
     std::string* value = nullptr;
     while (auto line = lines.next()) {
@@ -100,6 +112,7 @@ class IdxReader {
   void readPlace();
 
   std::string name_;
+  const ImportOptions& options_;
   std::map<std::string, std::string, std::less<>> fields_;
   IdxHeader header_;
 };
@@ -224,18 +237,24 @@ void IdxReader::readFiles() {
   }
 }
 
-// "first last template" or "template (first,last,step) ...": the folder of the first step.
+// "first last template" or "template (first,last,step) ...": the folder of the step that is meant.
 void IdxReader::readTime(std::string& time) {
   const std::string* text = find("time");
   if (text == nullptr || text->empty()) return;
   const auto items = words(*text);
   std::string_view pattern = items[0];
   std::string_view first;
+  std::string_view last;
+  std::string_view apart = "1";
   if (items.size() > 1 && items[1].starts_with('(')) {
-    first = items[1].substr(1, items[1].find_first_of(",)") - 1);
+    const auto numbers = splitAtCommas(items[1].substr(1, items[1].find(')') - 1));
+    first = numbers[0];
+    last = numbers.size() > 1 ? numbers[1] : first;
+    if (numbers.size() > 2) apart = numbers[2];
   } else if (items.size() == 3) {
     pattern = items[2];
     first = items[0];
+    last = items[1];
   }
   const std::size_t place = pattern.find('%');
   const std::size_t end = pattern.find_first_not_of("0123456789", place + 1);
@@ -243,17 +262,24 @@ void IdxReader::readTime(std::string& time) {
                         pattern[end] == 'd' && pattern.find('%', end) == std::string_view::npos &&
                         pattern.size() <= kMostTemplateBytes;
   if (!is_right) failData("{}: time: '{}' names no first step and no folder for it", name_, text->substr(0, 80));
-  const std::int64_t step = integer("time", first);
+  const std::int64_t begin = integer("time", first);
+  const std::int64_t end_step = integer("time", last);
+  const std::int64_t distance = integer("time", apart);
+  if (begin < 0 || end_step < begin || end_step > kMostTime || distance < 1) {
+    failData("{}: time: steps {} to {}, {} apart, must ascend within 0..{}", name_, begin, end_step, distance,
+             kMostTime);
+  }
+  const auto steps = static_cast<std::uint64_t>((end_step - begin) / distance + 1);
+  const std::int64_t step =
+      begin + distance * static_cast<std::int64_t>(chosenStep(options_, steps, name_, header_.notes));
   const std::string_view digits = pattern.substr(place + 1, end - place - 1);
   const std::int64_t width = digits.empty() ? 0 : integer("time", digits);
-  if (step < 0 || width > 32) failData("{}: time: step {} with {} digits cannot be read", name_, step, width);
+  if (width > 32) failData("{}: time: step {} with {} digits cannot be read", name_, step, width);
   const bool zeros = digits.starts_with('0');
   const std::string number = fmt::format("{}", step);
   const std::size_t padding = std::max<std::size_t>(static_cast<std::size_t>(width), number.size()) - number.size();
   time = fmt::format("{}{}{}{}", pattern.substr(0, place), std::string(padding, zeros ? '0' : ' '), number,
                      pattern.substr(end + 1));
-  const bool is_one = items.size() == 3 && items[0] == items[1];
-  if (!is_one) header_.time_note = fmt::format("of the steps in time it is the first, {}", step);
 }
 
 // A map of the box that the bits have, or the box in the world that the voxels fill.
@@ -261,6 +287,7 @@ void IdxReader::readPlace() {
   Geometry geometry;
   glm::dvec3 corner(header_.first);
   if (const std::string* box = find("physic_box")) {
+    header_.spacing_field = "physic_box";
     const auto numbers = words(*box);
     const std::size_t axes = std::min<std::size_t>(3, numbers.size() / 2);
     for (std::size_t i = 0; i < axes; ++i) {
@@ -270,6 +297,7 @@ void IdxReader::readPlace() {
       corner[axis] = begin;
     }
   } else if (const std::string* map = find("logic_to_physic")) {
+    header_.spacing_field = "logic_to_physic";
     const auto numbers = words(*map);
     if (numbers.size() != 16) failData("{}: logic_to_physic: {} numbers, must be 16", name_, numbers.size());
     glm::dmat4 world(1.0);
@@ -310,6 +338,6 @@ std::string IdxHeader::fileOf(std::uint64_t block, const std::string& source) co
   return name;
 }
 
-IdxHeader readIdxHeader(const InputFile& file) { return IdxReader(file).read(); }
+IdxHeader readIdxHeader(const InputFile& file, const ImportOptions& options) { return IdxReader(file, options).read(); }
 
 }  // namespace blockwalk

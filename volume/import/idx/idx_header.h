@@ -9,6 +9,7 @@
 #include "volume/import/convert/sample.h"
 #include "volume/import/geometry.h"
 #include "volume/import/idx/idx_bits.h"
+#include "volume/import/import.h"
 #include "volume/import/input_file.h"
 
 namespace blockwalk {
@@ -26,9 +27,10 @@ struct IdxHeader {
   int block_bits = 0;  // a block has 2^block_bits samples that lie one after the other
   std::uint64_t blocks_per_file = 0;
   std::vector<IdxField> fields;  // of one single value each, or one alone
-  std::string file_template;     // "./name/%02x/%04x.bin"; of the first step in time
-  std::string time_note;         // for people: which step that is where there are several
+  std::string file_template;     // "./name/%02x/%04x.bin"; of the step in time that is meant
+  std::vector<std::string> notes;
   Geometry geometry;
+  std::string spacing_field;  // that says it; empty: none does
 
   std::uint64_t blocks() const { return std::uint64_t{1} << (bits.count() - block_bits); }
   std::uint64_t blockSamples() const { return std::uint64_t{1} << block_bits; }
@@ -37,6 +39,6 @@ struct IdxHeader {
 };
 
 // Throws DataError naming the field and the bound.
-IdxHeader readIdxHeader(const InputFile& file);
+IdxHeader readIdxHeader(const InputFile& file, const ImportOptions& options);
 
 }  // namespace blockwalk

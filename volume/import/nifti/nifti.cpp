@@ -4,11 +4,13 @@
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/formats/time_step.h"
 #include "volume/import/dense_array_source.h"
 #include "volume/import/frame.h"
 #include "volume/import/nifti/nifti_header.h"
 #include "volume/import/openers.h"
 #include "volume/import/sniff.h"
+#include "volume/import/source_facts.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
@@ -34,7 +36,7 @@ std::shared_ptr<const InputFile> imageBeside(const InputFile& header) {
 
 // A note of the frame that is read; 0 where the volumes are channels.
 bool areChannels(const NiftiHeader& header, const ImportOptions& options) {
-  return header.frames > 1 && header.frames <= kMaxChannels && header.format.channels == 1 && !options.frame;
+  return header.frames > 1 && header.frames <= kMaxChannels && header.format.channels == 1 && !options.choosesStep();
 }
 
 }  // namespace
@@ -56,8 +58,11 @@ std::unique_ptr<Source> openNifti(std::shared_ptr<const InputFile> file, const I
   const NiftiHeader header = readNiftiHeader(start, file->name());
   SourceInfo info{.name = file->name(), .format = "nifti", .dims = header.dims, .notes = header.notes};
   info.world_from_index = worldFromIndex(header.geometry, options.spacing, file->name(), "srow, quatern, pixdim");
+  tellSpacing(options.spacing, header.spacing_fields, info);
+  if (!header.is_single) info.facts.emplace_back(kReadFromKey, "2 files: header and image");
   info.space = "right-anterior-superior";
   info.length_unit = header.length_unit;
+  if (header.frames > 1 && !header.time_step.empty()) info.facts.emplace_back(kTimeStepKey, header.time_step);
   const bool are_channels = areChannels(header, options);
   const std::uint64_t frame = are_channels ? 0 : chosenFrame(options, header.frames, file->name(), "dim", info.notes);
 

@@ -11,6 +11,7 @@
 
 #include "volume/error.h"
 #include "volume/formats/nifti_layout.h"
+#include "volume/formats/time_step.h"
 #include "volume/volume.h"
 
 namespace blockwalk {
@@ -185,6 +186,7 @@ class NiftiReader {
     if (!(std::fabs(volume) > 1e-9 * lengths)) return false;
     geometry.first_center = center;
     header_.geometry = geometry;
+    header_.spacing_fields = "srow";
     return true;
   }
 
@@ -207,6 +209,7 @@ class NiftiReader {
     if (!(rest > -1e-5)) failData("{}: quatern: {} {} {} are longer than 1", source_, b, c, d);
     const double a = std::sqrt(std::max(0.0, rest));
     const double turned = real(at_.pixdim, 0) == -1 ? -1 : 1;
+    header_.spacing_fields = "pixdim, quatern";
     Geometry& geometry = header_.geometry;
     geometry.axes[0] = glm::dvec3(a * a + b * b - c * c - d * d, 2 * (b * c + a * d), 2 * (b * d - a * c));
     geometry.axes[1] = glm::dvec3(2 * (b * c - a * d), a * a + c * c - b * b - d * d, 2 * (c * d + a * b));
@@ -217,6 +220,7 @@ class NiftiReader {
 
   // As programs for Analyze have it: the first axis runs to the left, and the middle is the origin.
   void takeSizes() {
+    header_.spacing_fields = "pixdim";
     glm::dvec3 center{0};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       const auto component = static_cast<int>(axis);
@@ -236,6 +240,9 @@ class NiftiReader {
     constexpr std::array<const char*, 4> kLengths{"", "m", "mm", "um"};
     const auto length = static_cast<std::size_t>(units & 7);
     if (length < kLengths.size()) header_.length_unit = kLengths[length];
+    constexpr std::array<const char*, 4> kTimes{"", "s", "ms", "us"};
+    const auto time = static_cast<std::size_t>(units >> 3 & 7);
+    if (time > 0 && time < kTimes.size()) header_.time_step = timeStepText(real(at_.pixdim, 4), kTimes[time]);
     header_.is_labels = code(at_.intent) == kNiftiLabelIntent && header_.format.channels == 1;
     const double slope = real(at_.slope, 0);
     const double offset = real(at_.slope, 1);

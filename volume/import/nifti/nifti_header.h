@@ -20,12 +20,14 @@ struct NiftiHeader {
   std::int64_t frames = 1;  // volumes one after the other: the product of axes 4 to 7
   Geometry geometry;        // right-handed: to the right, to the front, up
   std::string length_unit;  // empty where it is not said
+  std::string time_step;    // the same
   double value_scale = 1;   // value = offset + scale * sample
   double value_offset = 0;
   bool is_labels = false;        // by its intent
   bool is_single = true;         // the voxels follow the header; else they are in a file of their own
   std::uint64_t data_begin = 0;  // in the file of the voxels, unpacked
   std::vector<std::string> notes;
+  std::string spacing_fields;  // that say it
 };
 
 constexpr std::size_t kNiftiHeaderBytes = 540;  // of the longest

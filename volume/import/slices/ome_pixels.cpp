@@ -53,6 +53,7 @@ class OmePageOrder {
     const std::string field = fmt::format("ImageDescription: SizeT=\"{}\"", planes_.sizes[2]);
     frame_ =
         static_cast<std::int64_t>(chosenFrame(options_, planes_.sizes[2], file_.name(), field, description_.notes));
+    if (planes_.sizes[2] > 1) description_.time_step = pixels_.timeStep();
     description_.channels = static_cast<std::size_t>(planes_.sizes[0]);
     description_.pages.resize(static_cast<std::size_t>(planes_.sizes[0] * planes_.sizes[1]));
     const auto blocks = pixels_.children("TiffData");

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "volume/formats/time_step.h"
 #include "volume/import/import.h"
 #include "volume/import/slices/tiff_description.h"
 
@@ -32,6 +33,11 @@ class OmePixels {
   // As OME has it, micrometres where nothing is said.
   std::string unit(const std::string& attribute) const {
     return pixels_.attribute(attribute.c_str()).as_string("\xc2\xb5m");
+  }
+  // TimeIncrement with its unit, seconds where nothing is said; empty where it is missing.
+  std::string timeStep() const {
+    return timeStepText(pixels_.attribute("TimeIncrement").as_double(),
+                        pixels_.attribute("TimeIncrementUnit").as_string("s"));
   }
 
  private:

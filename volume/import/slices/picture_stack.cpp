@@ -9,6 +9,7 @@
 #include "volume/import/openers.h"
 #include "volume/import/slices/picture_file.h"
 #include "volume/import/slices/slice_order.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -85,6 +86,8 @@ std::unique_ptr<Source> openPictures(const Paths& slices, const std::string& nam
              options.dims->z, info.dims.x, info.dims.y, info.dims.z);
   }
   info.world_from_index = worldFromIndex(Geometry{}, options.spacing, name, "spacing");
+  tellSpacing(options.spacing, "", info);
+  tellRead(static_cast<std::uint64_t>(count), "slice", slices.size(), info);
   if (slices.size() > 1) noteGaps(slices, info.notes);
   ChannelConverter converter(shape->format, true, options, name);
   converter.describe(info, options);

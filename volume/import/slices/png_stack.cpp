@@ -11,6 +11,7 @@
 #include "volume/import/slices/png_reader.h"
 #include "volume/import/slices/slice_order.h"
 #include "volume/import/slices/slice_shape.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -129,6 +130,8 @@ std::unique_ptr<Source> openPng(const std::vector<std::filesystem::path>& slices
     }
   }
   info.world_from_index = worldFromIndex(Geometry{}, options.spacing, name, "spacing");
+  tellSpacing(options.spacing, "", info);
+  tellRead(static_cast<std::uint64_t>(info.dims.z), slices.size() > 1 ? "slice" : "tile", slices.size(), info);
   if (slices.size() > 1) noteGaps(slices, info.notes);
   ChannelConverter converter(shape.format, true, options, name);
   converter.describe(info, options);

@@ -14,6 +14,7 @@
 #include "volume/import/header_text.h"
 #include "volume/import/input_file.h"
 #include "volume/import/slices/picture_file.h"
+#include "volume/import/unread_format.h"
 
 namespace blockwalk {
 namespace {
@@ -89,6 +90,16 @@ std::vector<std::int64_t> sliceNumbers(const std::vector<std::filesystem::path>&
 
 }  // namespace
 
+void orderByName(std::vector<std::filesystem::path>& paths) {
+  std::ranges::sort(paths, [](const auto& a, const auto& b) {
+    const std::string name_a = a.filename().string();
+    const std::string name_b = b.filename().string();
+    return name_a == name_b ? a < b : comesBefore(name_a, name_b);
+  });
+  const auto repeated = std::ranges::adjacent_find(paths);
+  if (repeated != paths.end()) failData("{}: is named twice", repeated->string());
+}
+
 bool isSliceKind(FileKind kind) { return kind == FileKind::png || kind == FileKind::tiff || isPictureKind(kind); }
 
 bool comesBefore(std::string_view a, std::string_view b) {
@@ -117,6 +128,7 @@ bool comesBefore(std::string_view a, std::string_view b) {
 std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& folder) {
   std::vector<std::filesystem::path> slices;
   FileKind kind = FileKind::unknown;
+  std::string unread;
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
     if (entry.path().filename().string().starts_with('.')) continue;
     if (const std::string_view odd = oddity(entry); !odd.empty()) {
@@ -126,6 +138,7 @@ std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& f
     const InputFile file(entry.path());
     const FileKind found = fileKind(file);
     if (!isSliceKind(found)) {
+      if (found == FileKind::unread && unread.empty()) unread = unreadMessage(file);
       if (namedLikeSlice(entry.path()))
         failData("{}: is named like a slice and is neither {}", file.name(), kSliceFormats);
       continue;
@@ -135,6 +148,7 @@ std::vector<std::filesystem::path> slicesInFolder(const std::filesystem::path& f
     kind = found;
     slices.push_back(entry.path());
   }
+  if (slices.empty() && !unread.empty()) throw DataError(unread);
   if (slices.empty()) failData("{}: holds no slices: neither {}", folder.string(), kSliceFormats);
   std::sort(slices.begin(), slices.end(),
             [](const auto& a, const auto& b) { return comesBefore(a.filename().string(), b.filename().string()); });

@@ -15,6 +15,9 @@ namespace blockwalk {
 // zeros compare by their characters.
 bool comesBefore(std::string_view a, std::string_view b);
 
+// By their names so, whatever folders they lie in. Throws DataError for one that is there twice.
+void orderByName(std::vector<std::filesystem::path>& paths);
+
 // PNG, TIFF, JPEG, JPEG 2000, WebP and GIF.
 bool isSliceKind(FileKind kind);
 constexpr std::string_view kSliceFormats = "PNG, TIFF, JPEG, JPEG 2000, WebP nor GIF";  // behind "neither"

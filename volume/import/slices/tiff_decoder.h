@@ -10,6 +10,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "volume/error.h"
@@ -19,7 +20,8 @@
 namespace blockwalk {
 
 struct TiffFile::Decoder {
-  Decoder(const std::filesystem::path& path, std::uint64_t memory) : file(path), memory_bytes(memory) {}
+  Decoder(const std::filesystem::path& path, std::uint64_t memory, int wanted_level)
+      : file(path), memory_bytes(memory), level(wanted_level) {}
   ~Decoder() {
     if (tiff != nullptr) TIFFClose(tiff);
   }
@@ -27,6 +29,9 @@ struct TiffFile::Decoder {
   void open();
   void readPages();
   void addPages(TiffPage first);
+  void noteCoarser();
+  void chooseLevel();
+  std::uint64_t coarserOf(std::size_t wanted) const;
   void takePlanes(std::int64_t count, const std::string& field);
   void select(std::size_t page);
   void makeRoom(const TiffPage& chosen);
@@ -46,10 +51,17 @@ struct TiffFile::Decoder {
 
   InputFile file;
   std::uint64_t memory_bytes;
+  int level;
+  int levels = 1;
   char message[240] = "";
   TIFF* tiff = nullptr;
   std::vector<TiffPage> pages;
   std::string description;
+  // How many SubIFDs all pages so far have; of each page where the directory of the level is.
+  int sub_levels = std::numeric_limits<int>::max();
+  std::vector<std::uint64_t> sub_directories;
+  // Reduced copies that are pages of their own: where their directories are, and how many other pages lie before.
+  std::vector<std::pair<std::uint64_t, std::size_t>> reduced;
   std::string no_description;  // why it was left out; empty: it was not
 
   // the band that is decoded

@@ -23,13 +23,13 @@ void describeByTags(const TiffFile& file, TiffDescription& description) {
   if (page.orientation > 4) size = glm::dvec2(size.y, size.x);
   description.spacing = glm::dvec3(size, size.x);
   description.spacing_field = "XResolution, YResolution";
+  description.spacing_from = description.spacing_field;
   description.is_depth_guessed = true;
   if (!is_one) description.length_unit = "mm";
 }
 
-}  // namespace
-
-TiffDescription describePages(TiffFile& file, const std::filesystem::path& path, const ImportOptions& options) {
+// But for how much coarser than its finest level the file's level is.
+TiffDescription describeFinest(TiffFile& file, const std::filesystem::path& path, const ImportOptions& options) {
   const std::string_view text = file.description();
   if (auto said = describeImageJ(file, text, options)) return std::move(*said);
   if (auto said = describeOme(file, path, text, options)) return std::move(*said);
@@ -38,6 +38,21 @@ TiffDescription describePages(TiffFile& file, const std::filesystem::path& path,
     description.pages.push_back({.file = 0, .page = static_cast<std::uint32_t>(i)});
   }
   describeByTags(file, description);
+  return description;
+}
+
+}  // namespace
+
+TiffDescription describePages(TiffFile& file, const std::filesystem::path& path, const ImportOptions& options) {
+  TiffDescription description = describeFinest(file, path, options);
+  const glm::dvec2 shrunk = file.pages().front().shrunk;
+  if (shrunk != glm::dvec2(1)) {
+    if (!description.spacing) description.spacing_from = "guessed: 1 at level 0, the file says none";
+    description.spacing = description.spacing.value_or(glm::dvec3(1)) * glm::dvec3(shrunk, 1);
+  }
+  if (!options.level && file.levels() > 1) {
+    description.notes.push_back(fmt::format("of {} levels it is the finest; --level chooses another", file.levels()));
+  }
   return description;
 }
 

@@ -41,7 +41,9 @@ struct TiffDescription {
   double value_scale = 1;  // of single values: data units = offset + scale * sample
   double value_offset = 0;
   std::string value_unit = {};
+  std::string time_step = {};
   std::vector<std::string> notes = {};
+  std::string spacing_from = {};  // for people: the fields that are there; empty: none is
 
   std::size_t slices() const { return pages.size() / channels; }
 };

@@ -62,6 +62,7 @@ void TiffFile::Decoder::readPages() {
       }
       addPages(readTiffPage(tiff, file.name(), number));
     }
+    noteCoarser();
     if (TIFFLastDirectory(tiff) != 0) break;
     message[0] = '\0';
     if (TIFFReadDirectory(tiff) == 0) {
@@ -70,6 +71,7 @@ void TiffFile::Decoder::readPages() {
     }
   }
   if (pages.empty()) failData("{}: TIFF: holds thumbnails and masks alone", file.name());
+  chooseLevel();
 }
 
 // One for each slice of the directory, which libtiff still has at hand.
@@ -106,6 +108,8 @@ void TiffFile::Decoder::addPages(TiffPage first) {
 
 void TiffFile::Decoder::takePlanes(std::int64_t count, const std::string& field) {
   const TiffPage first = pages.front();
+  if (level > 0)
+    failData("{}: {}: level {} is asked for, the slices of one directory have but one", file.name(), field, level);
   if (TIFFCurrentDirOffset(tiff) != first.offset && TIFFSetSubDirectory(tiff, first.offset) == 0) fail(first);
   std::uint16_t compression = COMPRESSION_NONE;
   TIFFGetFieldDefaulted(tiff, TIFFTAG_COMPRESSION, &compression);
@@ -138,8 +142,8 @@ void TiffFile::Decoder::takePlanes(std::int64_t count, const std::string& field)
   }
 }
 
-TiffFile::TiffFile(const std::filesystem::path& path, std::uint64_t memory_bytes)
-    : decoder_(std::make_unique<Decoder>(path, memory_bytes)) {
+TiffFile::TiffFile(const std::filesystem::path& path, std::uint64_t memory_bytes, int level)
+    : decoder_(std::make_unique<Decoder>(path, memory_bytes, level)) {
   decoder_->open();
   decoder_->readPages();
 }
@@ -148,6 +152,7 @@ TiffFile::~TiffFile() = default;
 
 const std::string& TiffFile::name() const { return decoder_->file.name(); }
 const std::vector<TiffPage>& TiffFile::pages() const { return decoder_->pages; }
+int TiffFile::levels() const { return decoder_->levels; }
 const std::string& TiffFile::description() const {
   if (!decoder_->no_description.empty()) {
     failData("{}: ImageDescription, or another field of the first page: {}; raise --memory", name(),

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <glm/glm.hpp>
 #include <memory>
 #include <optional>
 #include <span>
@@ -45,6 +46,8 @@ struct TiffPage {
   // Not 0: where the samples of the slice begin, raw and row after row.
   std::uint64_t raw_offset = 0;
   TiffResolution resolution;
+  // Of a coarser level: pixels of the finest one to one of its own, along a row as it is seen and along a column.
+  glm::dvec2 shrunk{1};
 
   // As it is seen: rows from the top, columns from the left.
   int seenWidth() const { return orientation > 4 ? height : width; }
@@ -53,18 +56,22 @@ struct TiffPage {
 
 // Strips and tiles, both planar configurations, classic and BigTIFF, tiles of several slices. Grey of 1 to 64 bits,
 // half floats, grey with alpha, RGB and RGBA of up to 16 bits, palettes as RGB. WhiteIsZero is turned round,
-// premultiplied colour is divided by its alpha, rows and columns come as they are seen. Thumbnails and masks among the
-// pages are passed over. libtiff's errors become DataError, also where it would go on with what it has; every
-// allocation is checked against `memory_bytes` or the file before.
+// premultiplied colour is divided by its alpha, rows and columns come as they are seen. Reduced copies of pages are
+// their coarser levels; masks are passed over. libtiff's errors become DataError, also where it would go on with what
+// it has; every allocation is checked against `memory_bytes` or the file before.
 class TiffFile {
  public:
-  TiffFile(const std::filesystem::path& path, std::uint64_t memory_bytes);
+  // `level` 0 is the finest. Throws DataError for one that the file has not.
+  TiffFile(const std::filesystem::path& path, std::uint64_t memory_bytes, int level = 0);
   ~TiffFile();
   TiffFile(const TiffFile&) = delete;
   TiffFile& operator=(const TiffFile&) = delete;
 
   const std::string& name() const;
+  // Of the level; numbers and places are those of the finest one's.
   const std::vector<TiffPage>& pages() const;
+  // How many all pages have.
+  int levels() const;
   // The first page of directory `number`, counted from 0 and with those that are passed over; nothing where it is none.
   std::optional<std::size_t> pageOfDirectory(std::int64_t number) const;
   // Makes the only page the first of `count` that follow it raw, as ImageJ writes what a directory cannot address.

@@ -5,6 +5,7 @@
 
 #include "volume/error.h"
 #include "volume/formats/length_unit.h"
+#include "volume/formats/time_step.h"
 #include "volume/import/frame.h"
 #include "volume/import/header_text.h"
 #include "volume/import/slices/tiff_description.h"
@@ -68,8 +69,9 @@ void orderPages(TiffFile& file, const ImageJFields& fields, const ImportOptions&
              file.name(), channels, pages, channels);
   }
   // A film of single pictures is read as a stack, with time from front to back, unless one of them is chosen.
-  if (frames > 1 && slices == 1 && channels == 1 && !options.frame) {
-    result.notes.push_back(fmt::format("the {} slices are frames in time; --frame chooses one", frames));
+  if (frames > 1 && slices == 1 && channels == 1 && !options.choosesStep()) {
+    result.notes.push_back(
+        fmt::format("the {} slices are frames in time; --time chooses one, --time all imports them as steps", frames));
     frames = 1;
   }
   if (pages % (channels * frames) != 0) {
@@ -80,6 +82,10 @@ void orderPages(TiffFile& file, const ImageJFields& fields, const ImportOptions&
   const auto frame = static_cast<std::int64_t>(chosenFrame(options, frames, file.name(), field, result.notes));
   result.channels = static_cast<std::size_t>(channels);
   const std::int64_t of_frame = pages / frames;
+  const std::string time_unit = fields.text("tunit");
+  if (frames > 1) {
+    result.time_step = timeStepText(fields.real("finterval").value_or(0), time_unit.empty() ? "s" : time_unit);
+  }
   for (std::int64_t i = 0; i < of_frame; ++i) {
     result.pages.push_back({.file = 0, .page = static_cast<std::uint32_t>(frame * of_frame + i)});
   }
@@ -88,15 +94,25 @@ void orderPages(TiffFile& file, const ImageJFields& fields, const ImportOptions&
 // The tags count pixels a unit; `spacing` is the distance of slices, 1 where it is not said.
 void describeSize(const TiffFile& file, const ImageJFields& fields, TiffDescription& result) {
   const TiffResolution& tags = file.pages().front().resolution;
-  std::string said = fields.text("unit");
-  if (said.empty() && tags.unit == 2) said = "inch";
-  if (said.empty() && tags.unit == 3) said = "cm";
   const bool has_size = tags.x > 0 && tags.y > 0;
+  std::string said = fields.text("unit");
+  // By TIFF's default tags are inches; without a resolution they are of nothing.
+  if (said.empty() && has_size && tags.unit == 2) said = "inch";
+  if (said.empty() && has_size && tags.unit == 3) said = "cm";
   // Without a unit of its own, a resolution of 72 or 96 an inch is that of a screen.
   const bool is_screen = fields.text("unit").empty() && tags.x == tags.y && (tags.x == 72 || tags.x == 96);
   glm::dvec3 spacing(1);
-  if (has_size && !is_screen) spacing = glm::dvec3(1 / tags.x, 1 / tags.y, 1);
-  if (const auto depth = fields.real("spacing"); depth && *depth != 0) spacing.z = std::fabs(*depth);
+  if (has_size && !is_screen) {
+    spacing = glm::dvec3(1 / tags.x, 1 / tags.y, 1);
+    result.spacing_from = "XResolution, YResolution";
+  }
+  const auto depth = fields.real("spacing");
+  if (depth && *depth != 0) {
+    spacing.z = std::fabs(*depth);
+    result.spacing_from += result.spacing_from.empty() ? "spacing=, of pixels guessed: 1" : ", spacing=";
+  } else if (!result.spacing_from.empty() && result.slices() > 1) {
+    result.spacing_from += ", between slices guessed: 1";
+  }
   const LengthUnit unit = is_screen ? LengthUnit{} : lengthUnit(said);
   // Newer versions have units for the other axes.
   const std::array<std::string, 3> keys{"", "yunit", "zunit"};

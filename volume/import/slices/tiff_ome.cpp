@@ -48,6 +48,12 @@ void describeOmeSize(const OmePixels& pixels, TiffDescription& description) {
   }
   description.spacing = spacing;
   description.spacing_field = "PhysicalSize";
+  description.spacing_from = pixels.has("PhysicalSizeY") ? "PhysicalSizeX, PhysicalSizeY" : "PhysicalSizeX";
+  if (pixels.has("PhysicalSizeZ")) {
+    description.spacing_from += ", PhysicalSizeZ";
+  } else if (description.slices() > 1) {
+    description.spacing_from += ", between slices guessed: as along x";
+  }
   description.length_unit = units[0].name;
 }
 

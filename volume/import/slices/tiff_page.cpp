@@ -214,9 +214,11 @@ std::string tiffDescription(TIFF* tiff, const std::string& file_name) {
 }
 
 bool isSecondaryPage(TIFF* tiff) {
-  std::uint32_t kind = 0;
-  TIFFGetField(tiff, TIFFTAG_SUBFILETYPE, &kind);
-  return (kind & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) != 0;
+  return (longField(tiff, TIFFTAG_SUBFILETYPE) & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) != 0;
+}
+
+bool isReducedPage(TIFF* tiff) {
+  return (longField(tiff, TIFFTAG_SUBFILETYPE) & (FILETYPE_REDUCEDIMAGE | FILETYPE_MASK)) == FILETYPE_REDUCEDIMAGE;
 }
 
 }  // namespace blockwalk

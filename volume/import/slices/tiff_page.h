@@ -21,5 +21,7 @@ std::string tiffDescription(TIFF* tiff, const std::string& file_name);
 
 // A reduced copy of another page, or a transparency mask.
 bool isSecondaryPage(TIFF* tiff);
+// The first of these.
+bool isReducedPage(TIFF* tiff);
 
 }  // namespace blockwalk

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "volume/error.h"
+#include "volume/formats/time_step.h"
 #include "volume/import/convert/channel.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
@@ -12,6 +13,7 @@
 #include "volume/import/slices/slice_shape.h"
 #include "volume/import/slices/tiff_description.h"
 #include "volume/import/slices/tiff_file.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -30,11 +32,12 @@ struct TiffPages {
 
 class TiffStack final : public Source {
  public:
-  TiffStack(TiffPages pages, SourceInfo info, ChannelConverter converter, std::uint64_t memory_bytes)
+  TiffStack(TiffPages pages, SourceInfo info, ChannelConverter converter, std::uint64_t memory_bytes, int level)
       : pages_(std::move(pages)),
         info_(std::move(info)),
         converter_(std::move(converter)),
         memory_bytes_(memory_bytes),
+        level_(level),
         readers_(pages_.channels) {}
 
   const SourceInfo& info() const override { return info_; }
@@ -72,7 +75,7 @@ class TiffStack final : public Source {
     }
     Reader& reader = readers_[plane];
     if (!reader.tiff || at.file != reader.file) {
-      reader.tiff.emplace(pages_.files[at.file], memory_bytes_ / pages_.channels);
+      reader.tiff.emplace(pages_.files[at.file], memory_bytes_ / pages_.channels, level_);
       if (pages_.planes > 0) reader.tiff->takePlanes(pages_.planes, "images");
       reader.file = at.file;
     }
@@ -83,6 +86,7 @@ class TiffStack final : public Source {
   SourceInfo info_;
   ChannelConverter converter_;
   std::uint64_t memory_bytes_;
+  int level_;
   std::vector<Reader> readers_;
   std::vector<std::byte> samples_;
 };
@@ -117,11 +121,12 @@ void addUsed(const TiffFile& file, std::uint32_t number, TiffDescription& said, 
 
 // One file, and what it names beside it.
 TiffDescription openOne(const std::filesystem::path& path, const ImportOptions& options, CommonShape& shape) {
-  TiffFile file(path, options.memory_bytes);
+  TiffFile file(path, options.memory_bytes, options.level.value_or(0));
   TiffDescription said = describePages(file, path, options);
   addUsed(file, 0, said, shape);
   for (std::size_t i = 1; i < said.files.size(); ++i) {
-    addUsed(TiffFile(said.files[i], options.memory_bytes), static_cast<std::uint32_t>(i), said, shape);
+    addUsed(TiffFile(said.files[i], options.memory_bytes, options.level.value_or(0)), static_cast<std::uint32_t>(i),
+            said, shape);
   }
   if (said.files.empty()) said.files = {path};
   return said;
@@ -138,7 +143,7 @@ bool areOfOneSet(const TiffPaths& files, const TiffPaths& set) {
 TiffDescription openEach(const TiffPaths& slices, const ImportOptions& options, CommonShape& shape) {
   TiffDescription all;
   for (std::size_t i = 0; i < slices.size(); ++i) {
-    TiffFile file(slices[i], options.memory_bytes);
+    TiffFile file(slices[i], options.memory_bytes, options.level.value_or(0));
     TiffDescription said = describePages(file, slices[i], options);
     if (i == 0 && areOfOneSet(slices, said.files)) return openOne(slices[0], options, shape);
     if (said.channels > 1) {
@@ -177,6 +182,9 @@ void describePlace(const TiffDescription& said, const ImportOptions& options, co
   }
   info.world_from_index = worldFromIndex(geometry, own_size ? said.spacing : options.spacing, name,
                                          own_size ? said.spacing_field : "spacing");
+  std::string from = said.spacing_from;
+  if (said.is_depth_guessed && info.dims.z > 1) from += ", between slices guessed: as along x";
+  tellSpacing(options.spacing, from, info);
   info.length_unit = said.length_unit;
   if (own_size && said.is_depth_guessed && info.dims.z > 1) {
     info.notes.emplace_back(
@@ -198,6 +206,8 @@ std::unique_ptr<Source> openTiff(const std::vector<std::filesystem::path>& slice
              options.dims->z, info.dims.x, info.dims.y, info.dims.z);
   }
   describePlace(said, options, name, info);
+  tellRead(said.slices(), "slice", said.files.size(), info);
+  if (!said.time_step.empty()) info.facts.emplace_back(kTimeStepKey, said.time_step);
   if (shape.format.channels == 1) shape.format.descending = said.value_scale < 0;
   const std::size_t channels = said.channels;
   ChannelConverter converter = channels > 1 ? ChannelConverter::ofPlanes(shape.format, channels, options, name)
@@ -213,7 +223,8 @@ std::unique_ptr<Source> openTiff(const std::vector<std::filesystem::path>& slice
   }
   TiffPages pages{
       .files = std::move(said.files), .channels = channels, .pages = std::move(said.pages), .planes = said.planes};
-  return std::make_unique<TiffStack>(std::move(pages), std::move(info), std::move(converter), options.memory_bytes);
+  return std::make_unique<TiffStack>(std::move(pages), std::move(info), std::move(converter), options.memory_bytes,
+                                     options.level.value_or(0));
 }
 
 }  // namespace blockwalk

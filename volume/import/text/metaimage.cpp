@@ -13,6 +13,7 @@
 #include "volume/import/frame.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 #include "volume/import/text/data_files.h"
 #include "volume/import/text/meta_header.h"
 #include "volume/import/text/text_samples.h"
@@ -94,6 +95,14 @@ Geometry readMetaGeometry(const MetaHeader& header, const MetaAxes& axes) {
   return geometry;
 }
 
+// The field that says how far apart samples are; empty: none does.
+std::string_view metaSpacingField(const MetaHeader& header) {
+  for (const std::string_view field : {"ElementSpacing", "ElementSize"}) {
+    if (header.find(std::string(field)) != nullptr) return field;
+  }
+  return {};
+}
+
 // The files' names; none where the data follows the header.
 std::vector<std::string> metaDataNames(const MetaHeader& header, const InputFile& file, const MetaAxes& axes) {
   const std::string field = "ElementDataFile";
@@ -135,6 +144,13 @@ class MetaData {
   }
 
   const std::string& note() const { return files_.note; }
+  // 0: the data follows the header.
+  std::size_t fileCount() const { return files_.paths.size(); }
+  // In which one of `frames` lies.
+  std::size_t filesOf(std::int64_t frames) const {
+    const auto count = static_cast<std::size_t>(frames);
+    return fileCount() % count == 0 ? fileCount() / count : fileCount();
+  }
 
   std::unique_ptr<ByteReader> open() const {
     if (is_text_) return openText();
@@ -203,6 +219,7 @@ std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, con
   SourceInfo info{.name = file->name(), .format = "metaimage", .dims = axes.dims};
   info.world_from_index =
       worldFromIndex(readMetaGeometry(header, axes), options.spacing, header.name(), "TransformMatrix, ElementSpacing");
+  tellSpacing(options.spacing, metaSpacingField(header), info);
   // For people only; "?" is what nobody said.
   const std::string* unit = header.find("DistanceUnits");
   if (unit != nullptr && *unit != "?" && unit->size() <= kMaxUnitBytes) info.length_unit = *unit;
@@ -211,6 +228,9 @@ std::unique_ptr<Source> openMetaImage(std::shared_ptr<const InputFile> file, con
   const std::uint64_t frame = chosenFrame(options, axes.frames, file->name(), "DimSize", info.notes);
   const MetaData data(header, file, axes, format, options.memory_bytes);
   if (!data.note().empty()) info.notes.push_back(data.note());
+  if (data.fileCount() > 0) {
+    tellRead(static_cast<std::uint64_t>(axes.dims.z), "slice", data.filesOf(axes.frames), info);
+  }
   const std::uint64_t bytes = arrayBytes(format, axes.dims);
   SampleArrayInfo array{.info = std::move(info), .format = format, .is_color = is_color, .order = ArrayOrder::voxels};
   if (!is_color) array.channels = metaChannels(header, array.format);

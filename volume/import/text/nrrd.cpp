@@ -9,6 +9,7 @@
 #include "volume/import/frame.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
+#include "volume/import/source_facts.h"
 #include "volume/import/text/data_files.h"
 #include "volume/import/text/nrrd_header.h"
 #include "volume/import/text/text_samples.h"
@@ -50,6 +51,13 @@ class NrrdData {
   }
 
   const std::string& note() const { return files_.note; }
+  // 0: the data follows the header.
+  std::size_t fileCount() const { return files_.paths.size(); }
+  // In which one of `frames` lies.
+  std::size_t filesOf(std::int64_t frames) const {
+    const auto count = static_cast<std::size_t>(frames);
+    return fileCount() % count == 0 ? fileCount() / count : fileCount();
+  }
 
   std::unique_ptr<ByteReader> open() const {
     if (header_.encoding == NrrdEncoding::text || header_.encoding == NrrdEncoding::hex) return openText();
@@ -100,9 +108,10 @@ class NrrdData {
 }  // namespace
 
 std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const ImportOptions& options) {
-  const NrrdHeader header = readNrrdHeader(*file, options.frame.has_value());
+  const NrrdHeader header = readNrrdHeader(*file, options.choosesStep());
   SourceInfo info{.name = file->name(), .format = "nrrd", .dims = header.dims};
   info.world_from_index = worldFromIndex(header.geometry, options.spacing, file->name(), "space directions");
+  tellSpacing(options.spacing, header.spacing_fields, info);
   info.space = header.space;
   info.length_unit = header.length_unit;
   info.notes = header.notes;
@@ -110,6 +119,9 @@ std::unique_ptr<Source> openNrrd(std::shared_ptr<const InputFile> file, const Im
   const std::uint64_t bytes = arrayBytes(header.format, header.dims);
   const NrrdData data(header, file, options.memory_bytes);
   if (!data.note().empty()) info.notes.push_back(data.note());
+  if (data.fileCount() > 0) {
+    tellRead(static_cast<std::uint64_t>(header.dims.z), "slice", data.filesOf(header.frames), info);
+  }
   return makeSampleArray({.info = std::move(info),
                           .format = header.format,
                           .is_color = header.is_color,

@@ -35,6 +35,7 @@ class NrrdReader {
     readType();
     readSizes();
     header_.geometry = readNrrdPlace(fields_, header_.sizes, axes_);
+    header_.spacing_fields = nrrdSpacingFields(fields_);
     readUnits();
     readKeys();
     turnToTheRight();

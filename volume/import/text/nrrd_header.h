@@ -22,10 +22,11 @@ struct NrrdHeader {
   bool is_color = true;                   // where a voxel has several samples
   ArrayOrder order = ArrayOrder::voxels;  // planes: the samples' axis is the last one
   glm::ivec3 dims{0};
-  std::int64_t frames = 1;  // volumes one after the other
-  Geometry geometry;        // right-handed
-  std::string space;        // what its axes are; empty where the field is missing
-  std::string length_unit;  // where all axes of space have the same
+  std::int64_t frames = 1;     // volumes one after the other
+  Geometry geometry;           // right-handed
+  std::string spacing_fields;  // that say it; empty: none does
+  std::string space;           // what its axes are; empty where the field is missing
+  std::string length_unit;     // where all axes of space have the same
   std::string sample_unit;
   std::vector<SourceChannel> channels;  // what keys of our own say of each; of a colour there is one
   std::vector<std::string> notes;

@@ -115,4 +115,12 @@ Geometry readNrrdPlace(const NrrdFields& fields, std::span<const std::int64_t> s
   return NrrdPlace(fields, sizes, axes).read();
 }
 
+std::string nrrdSpacingFields(const NrrdFields& fields) {
+  if (fields.find("space directions") != nullptr) return "space directions";
+  const bool has_extents = fields.find("axis mins") != nullptr && fields.find("axis maxs") != nullptr &&
+                           fields.find("space origin") == nullptr;
+  if (fields.find("spacings") != nullptr) return has_extents ? "spacings, axis mins, axis maxs" : "spacings";
+  return has_extents ? "axis mins, axis maxs" : "";
+}
+
 }  // namespace blockwalk

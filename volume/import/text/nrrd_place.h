@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "volume/import/geometry.h"
 #include "volume/import/text/nrrd_fields.h"
@@ -15,5 +16,8 @@ namespace blockwalk {
 // field.
 Geometry readNrrdPlace(const NrrdFields& fields, std::span<const std::int64_t> sizes,
                        std::span<const std::size_t> axes);
+
+// The fields that say how far apart samples are; empty: none does.
+std::string nrrdSpacingFields(const NrrdFields& fields);
 
 }  // namespace blockwalk

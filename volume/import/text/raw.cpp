@@ -10,6 +10,7 @@
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
 #include "volume/import/sniff.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -48,6 +49,7 @@ std::unique_ptr<Source> openRaw(std::shared_ptr<const InputFile> file, const Imp
   const std::uint64_t bytes = arrayBytes(format, dims);
   SourceInfo info{.name = name, .format = "raw", .dims = dims};
   info.world_from_index = worldFromIndex(Geometry{}, options.spacing, name, "spacing");
+  tellSpacing(options.spacing, "", info);
   const ArrayOrder order = options.planar ? ArrayOrder::planes : ArrayOrder::voxels;
   SampleArrayInfo array{
       .info = std::move(info), .format = format, .is_color = options.raw_channels == 1, .order = order};

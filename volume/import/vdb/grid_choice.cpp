@@ -64,6 +64,8 @@ class GridChooser {
     for (std::size_t i = 0; i < grids_.size(); ++i) {
       if (grids_[i].refusal.empty()) usable.push_back(i);
     }
+    const bool passes_points = std::ranges::any_of(usable, [&](std::size_t i) { return !grids_[i].has_points; }) &&
+                               std::erase_if(usable, [&](std::size_t i) { return grids_[i].has_points; }) > 0;
     if (usable.empty()) {
       failData("{}: grid '{}' of {}: {}{}", info_.name, grids_[0].name, grids_[0].type, grids_[0].refusal,
                grids_.size() > 1 ? "; none of the others is read either" : "");
@@ -72,8 +74,10 @@ class GridChooser {
       failData("{}: holds {} grids that are not one volume; choose one:{}", info_.name, grids_.size(), listOf(grids_));
     }
     for (const GridInfo& grid : grids_) {
-      if (grid.refusal.empty()) continue;
-      info_.notes.push_back(fmt::format("grid '{}' of {} is passed over: {}", grid.name, grid.type, grid.refusal));
+      const bool is_passed = passes_points && grid.has_points;
+      if (grid.refusal.empty() && !is_passed) continue;
+      info_.notes.push_back(fmt::format("grid '{}' of {} is passed over: {}", grid.name, grid.type,
+                                        is_passed ? "it holds points, which --dataset chooses" : grid.refusal));
     }
     return usable;
   }
@@ -167,6 +171,9 @@ void noteGrid(const GridInfo& info, const SparseGrid& grid, std::vector<std::str
   if (info.is_level_set) {
     notes.push_back(
         fmt::format("grid '{}' is a level set: inside is density 1, in its narrow band a ramp down to 0", info.name));
+  }
+  if (info.has_points) {
+    notes.push_back(fmt::format("grid '{}' holds points: values are how many of them lie in a voxel", info.name));
   }
   if (std::ranges::any_of(grid.background(), [](std::byte byte) { return byte != std::byte{0}; })) {
     notes.push_back(fmt::format(

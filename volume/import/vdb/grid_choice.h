@@ -26,6 +26,7 @@ struct GridInfo {
   std::string refusal;  // why it is not read; empty where it is
   SampleFormat format;  // of what is read of it
   bool is_level_set = false;
+  bool has_points = false;           // and its values are how many there are in a voxel
   std::string grid_class;            // "fog volume"; empty where the file does not say it
   glm::dmat4 world_from_index{1.0};  // of voxel centres, which are whole numbers
   std::uint64_t active_voxels = 0;   // 0: not said

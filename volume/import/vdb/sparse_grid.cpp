@@ -12,7 +12,7 @@
 namespace blockwalk {
 namespace {
 
-constexpr std::size_t kPieceBytes = std::size_t{1} << 20;
+constexpr std::size_t kGridPieceBytes = std::size_t{1} << 20;
 constexpr std::array<int, 3> kTileSides{3, 7, 12};  // log2
 constexpr std::int64_t kCellRowsLookedInto = 64;    // of a box with more it is only said whether there is anything
 
@@ -102,18 +102,18 @@ void SparseGrid::take(std::uint64_t bytes) {
 }
 
 std::uint64_t SparseGrid::keep(std::span<const std::byte> values) {
-  if (pieces_.empty() || kPieceBytes - pieces_.back().size() < values.size()) {
-    take(kPieceBytes);
-    pieces_.emplace_back().reserve(kPieceBytes);
+  if (pieces_.empty() || kGridPieceBytes - pieces_.back().size() < values.size()) {
+    take(kGridPieceBytes);
+    pieces_.emplace_back().reserve(kGridPieceBytes);
   }
   std::vector<std::byte>& piece = pieces_.back();
-  const std::uint64_t first = (pieces_.size() - 1) * kPieceBytes + piece.size();
+  const std::uint64_t first = (pieces_.size() - 1) * kGridPieceBytes + piece.size();
   piece.insert(piece.end(), values.begin(), values.end());
   return first;
 }
 
 const std::byte* SparseGrid::at(std::uint64_t byte) const {
-  return pieces_[byte / kPieceBytes].data() + byte % kPieceBytes;
+  return pieces_[byte / kGridPieceBytes].data() + byte % kGridPieceBytes;
 }
 
 void SparseGrid::addLeaf(glm::ivec3 origin, const LeafMask& mask, std::span<const std::byte> values) {

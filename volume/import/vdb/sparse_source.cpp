@@ -9,6 +9,7 @@
 #include "volume/error.h"
 #include "volume/import/convert/channel.h"
 #include "volume/import/geometry.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -117,6 +118,7 @@ std::unique_ptr<Source> makeSparseSource(SparseParts parts, SourceInfo info, con
   for (int i = 0; i < 3; ++i) geometry.axes[static_cast<std::size_t>(i)] = glm::dvec3(info.world_from_index[i]);
   geometry.first_center = glm::dvec3(info.world_from_index * glm::dvec4(glm::dvec3(box.least), 1));
   info.world_from_index = worldFromIndex(geometry, options.spacing, info.name, "transform");
+  tellSpacing(options.spacing, info.format == "vdb" ? "transform" : "map", info);
   info.random_access = true;
   const SampleFormat format = formatOf(parts);
   const std::vector<SourceChannel> channels = info.channels;

@@ -44,6 +44,7 @@ std::vector<GridInfo> listGrids(const InputFile& file, const std::string& path) 
     grid.grid_class = process.text();
     grid.format = readFormat(process, file.name());
     grid.is_level_set = process.number<std::uint8_t>() != 0;
+    grid.has_points = process.number<std::uint8_t>() != 0;
     for (int column = 0; column < 4; ++column) {
       for (int row = 0; row < 4; ++row) grid.world_from_index[column][row] = process.number<double>();
     }

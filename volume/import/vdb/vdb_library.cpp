@@ -4,6 +4,7 @@
 #ifdef BLOCKWALK_OPENVDB
 #include <openvdb/io/File.h>
 #include <openvdb/openvdb.h>
+#include <openvdb/points/PointDataGrid.h>
 #include <tbb/global_control.h>
 
 #include <algorithm>
@@ -43,6 +44,11 @@ template <>
 struct ValueKind<std::int64_t> {
   static constexpr SampleFormat format{.type = SampleType::i64, .channels = 1};
 };
+// How many points a voxel has.
+template <>
+struct ValueKind<openvdb::PointDataIndex32> {
+  static constexpr SampleFormat format{.type = SampleType::f32, .channels = 1};
+};
 template <typename T>
 struct ValueKind<openvdb::math::Vec3<T>> {
   static constexpr SampleFormat format{.type = ValueKind<T>::format.type, .channels = 3};
@@ -54,7 +60,7 @@ void writeFormat(const SampleFormat& format, PipeWriter& out) {
 }
 
 // The active parts of a tree. Of a level set those are what lies inside, as a fog: values below 0 over the least one,
-// as openvdb::tools::sdfToFogVolume() has it.
+// as openvdb::tools::sdfToFogVolume() has it. Of points those are the voxels that have some.
 template <typename GridT>
 class TreeWriter {
  public:
@@ -64,6 +70,7 @@ class TreeWriter {
   using Lower = typename Upper::ChildNodeType;
   using Leaf = typename Lower::ChildNodeType;
   using Value = typename GridT::ValueType;
+  static constexpr bool kArePoints = std::is_same_v<Value, openvdb::PointDataIndex32>;
 
   TreeWriter(const GridT& grid, PipeWriter& out)
       : root_(grid.constTree().root()),
@@ -100,7 +107,7 @@ class TreeWriter {
       for (auto at = node.cbeginValueAll(); at; ++at) {
         if (isInside(*at)) visit(at);
       }
-    } else {
+    } else if (!kArePoints) {
       for (auto at = node.cbeginValueOn(); at; ++at) visit(at);
     }
   }
@@ -134,6 +141,8 @@ class TreeWriter {
   void writeValue(const Value& value) {
     if constexpr (std::is_same_v<Value, bool>) {
       out_.number(static_cast<std::uint8_t>(value ? 1 : 0));
+    } else if constexpr (kArePoints) {
+      out_.number(static_cast<float>(static_cast<std::uint32_t>(value)));
     } else if constexpr (ValueKind<Value>::format.channels == 3) {
       for (int i = 0; i < 3; ++i) out_.number(value[i]);
     } else {
@@ -161,6 +170,11 @@ class TreeWriter {
   Value leafValue(const Leaf& leaf, openvdb::Index number) const {
     if constexpr (std::is_floating_point_v<Value>) {
       return inside_only_ ? leaf.getValue(number) * weight_ : leaf.getValue(number);
+    } else if constexpr (kArePoints) {
+      // A voxel has where its points end; they begin where those of the voxel before end.
+      const std::uint32_t begin = number == 0 ? 0 : static_cast<std::uint32_t>(leaf.getValue(number - 1));
+      const std::uint32_t end = leaf.getValue(number);
+      return Value(end - std::min(begin, end));
     } else {
       return leaf.getValue(number);
     }
@@ -170,7 +184,7 @@ class TreeWriter {
     LeafMask mask{};
     for (std::size_t i = 0; i < kLeafVoxels; ++i) {
       const auto number = static_cast<openvdb::Index>(i);
-      const bool is_on = inside_only_ ? leafValue(leaf, number) > Value(0) : leaf.isValueOn(number);
+      const bool is_on = inside_only_ || kArePoints ? leafValue(leaf, number) > Value(0) : leaf.isValueOn(number);
       if (is_on) mask[i & 7] |= std::uint64_t{1} << ((i >> 3 & 7) * 8 + (i >> 6));
     }
     if (activeVoxels(mask) == 0) return;
@@ -208,7 +222,7 @@ bool visitTyped(const openvdb::GridBase& grid, Visit visit) {
          is.template operator()<openvdb::Int32Grid>() || is.template operator()<openvdb::Int64Grid>() ||
          is.template operator()<openvdb::BoolGrid>() || is.template operator()<openvdb::MaskGrid>() ||
          is.template operator()<openvdb::Vec3SGrid>() || is.template operator()<openvdb::Vec3DGrid>() ||
-         is.template operator()<openvdb::Vec3IGrid>();
+         is.template operator()<openvdb::Vec3IGrid>() || is.template operator()<openvdb::points::PointDataGrid>();
 }
 
 // One thread: it was forked from a program that may have had others.
@@ -243,6 +257,7 @@ void listGrid(openvdb::io::File& file, const std::string& name, const std::strin
   std::string grid_class;
   SampleFormat format;
   bool is_level_set = false;
+  bool has_points = false;
   openvdb::Mat4R place = openvdb::Mat4R::identity();
   std::uint64_t voxels = 0;
   std::uint64_t bytes = 0;
@@ -256,10 +271,10 @@ void listGrid(openvdb::io::File& file, const std::string& name, const std::strin
       format = ValueKind<typename GridT::ValueType>::format;
       is_level_set =
           std::is_floating_point_v<typename GridT::ValueType> && grid->getGridClass() == openvdb::GRID_LEVEL_SET;
+      has_points = TreeWriter<GridT>::kArePoints;
     });
     if (!is_read) {
-      refusal = type.starts_with("ptdata") || type.starts_with("ptidx") ? "it holds points, not voxels"
-                                                                        : "values of this type are not read";
+      refusal = "values of this type are not read";
     } else if (!grid->transform().isLinear()) {
       refusal = "its transform is a frustum, where voxels have no one size";
     } else {
@@ -278,6 +293,7 @@ void listGrid(openvdb::io::File& file, const std::string& name, const std::strin
   out.text(grid_class);
   writeFormat(format, out);
   out.number(static_cast<std::uint8_t>(is_level_set ? 1 : 0));
+  out.number(static_cast<std::uint8_t>(has_points ? 1 : 0));
   // Rows there are columns here.
   for (int i = 0; i < 4; ++i) {
     for (int j = 0; j < 4; ++j) out.number(static_cast<double>(place(i, j)));

@@ -81,6 +81,17 @@ void applyMaps(const ZarrField& holder, OmeMap& map) {
   for (const ZarrField& transform : transforms->elements()) map.then(readOmeMap(transform, map.rows.size()));
 }
 
+// Which of the maps say how large voxels are: "scale, affine of multiscales".
+void addSpacingFields(const ZarrField& holder, std::string& fields) {
+  const auto transforms = holder.find("coordinateTransformations");
+  if (!transforms) return;
+  for (const ZarrField& transform : transforms->elements()) {
+    const std::string type = transform.get("type").text();
+    const bool has_steps = type == "scale" || type == "affine" || type == "sequence";
+    if (has_steps && fields.find(type) == std::string::npos) fields += (fields.empty() ? "" : ", ") + type;
+  }
+}
+
 OmeImage imageOf(const ZarrNode& node, const ZarrField& ome, std::optional<int> level, std::vector<std::string> notes) {
   const ZarrField list = ome.get("multiscales");
   const std::vector<ZarrField> multiscales = list.elements();
@@ -105,6 +116,9 @@ OmeImage imageOf(const ZarrNode& node, const ZarrField& ome, std::optional<int> 
   applyMaps(levels[chosen], map);
   applyMaps(multiscale, map);
   image.world_from_index = std::move(map);
+  addSpacingFields(levels[chosen], image.spacing_fields);
+  addSpacingFields(multiscale, image.spacing_fields);
+  if (!image.spacing_fields.empty()) image.spacing_fields += " of multiscales";
   image.is_labels = ome.find("image-label").has_value();
   image.notes = std::move(notes);
   return image;

@@ -24,8 +24,9 @@ struct OmeImage {
   std::size_t levels = 1;
   std::vector<std::string> notes = {};  // what was chosen among several, a sentence each
   bool is_labels = false;
-  nlohmann::json attributes = {};  // of the group, where omero and image-label stand
-  std::string file = {};           // of those
+  nlohmann::json attributes = {};   // of the group, where omero and image-label stand
+  std::string file = {};            // of those
+  std::string spacing_fields = {};  // that say it; empty: none does
 };
 
 // Goes from a node (an image, its labels, a plate, a well, a list of images, a plain array) to the array that is meant.

@@ -7,12 +7,14 @@
 #include <vector>
 
 #include "volume/error.h"
+#include "volume/formats/time_step.h"
 #include "volume/import/chunked_source.h"
 #include "volume/import/convert/channel.h"
 #include "volume/import/convert/color_source.h"
 #include "volume/import/geometry.h"
 #include "volume/import/openers.h"
 #include "volume/import/part_choice.h"
+#include "volume/import/source_facts.h"
 #include "volume/import/zarr/ome_image.h"
 #include "volume/import/zarr/zarr_chunks.h"
 #include "volume/import/zarr/zarr_store.h"
@@ -57,6 +59,15 @@ ArrayPart choosePart(const ZarrArray& array, const std::vector<OmeAxis>& axes, c
   return part;
 }
 
+// Where the image's map says how far apart its steps are.
+std::string timeStepOf(const OmeImage& image, const std::vector<OmeAxis>& axes, const ZarrArray& array) {
+  const std::optional<std::size_t> time = rolesOf(axes, array.file).time;
+  if (!time || !image.world_from_index || array.shape[*time] < 2 || axes[*time].unit.empty()) return {};
+  const auto& rows = image.world_from_index->rows;
+  if (*time >= rows.size() || *time >= rows[*time].size()) return {};
+  return timeStepText(rows[*time][*time], axes[*time].unit);
+}
+
 // Channel after channel.
 std::unique_ptr<Source> openChannels(std::shared_ptr<const ZarrStore> store, const ImportOptions& options) {
   OmeImage image = findOmeImage(*store, "", options.level);
@@ -73,8 +84,12 @@ std::unique_ptr<Source> openChannels(std::shared_ptr<const ZarrStore> store, con
       placeOf(image.world_from_index.value_or(OmeMap::identity(axes.size())), axes, part, image.file);
   SourceInfo info{.name = store->name(), .format = "zarr", .dims = part.dims, .random_access = true};
   info.world_from_index = worldFromIndex(place.geometry, options.spacing, image.file, "coordinateTransformations");
+  tellSpacing(options.spacing, image.spacing_fields, info);
   info.length_unit = place.length_unit;
   info.space = place.space;
+  if (const std::string step = timeStepOf(image, axes, array); !step.empty()) {
+    info.facts.emplace_back(kTimeStepKey, step);
+  }
   const auto converter = ChannelConverter::ofPlanes(array.format, part.channels, options, info.name);
   converter.describe(info, options);
   const std::vector<std::string> told = describeOmeChannels(image, info.channels);

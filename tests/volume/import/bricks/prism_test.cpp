@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <random>
 
-#include "tests/volume/import/import_scratch.h"
+#include "tests/volume/import/broken.h"
 #include "volume/formats/hz_order.h"
 
 namespace blockwalk {
@@ -256,6 +256,27 @@ TEST(ImportPrism, RefusesWhatWouldTakeTooMuch) {
   EXPECT_THAT(refusal({scratch.path("")}), HasSubstr("bricks: there are none"));
   std::filesystem::resize_file(scratch.path("metadata.json"), std::uintmax_t{1} << 40);
   EXPECT_THAT(refusal({scratch.path("")}), HasSubstr("at most 16777216 are read"));
+}
+
+TEST(ImportPrism, SurvivesBreaking) {
+  const Scratch scratch;
+  std::mt19937 random(7);
+  const std::vector<TestBrick> bricks = {{"0.hz", 4, {0, 0, 0}}, {"1.raw", 4, {4, 0, 0}}};
+  for (const int width : {1, 2}) {
+    Box box{.dims = {8, 4, 4}};
+    const std::string metadata = metadataText(
+        bricks,
+        fmt::format(R"("bytesPerPixel":{},"scale":[1,1.5,2],"endianness":"BIG_ENDIAN","globalSize":[8,8,8])", width));
+    scratch.write("metadata.json", metadata);
+    std::vector<std::string> files;
+    for (const TestBrick& brick : bricks) {
+      files.push_back(brickBytes(brick, width, true, box, random));
+      scratch.write(brick.file, files.back());
+    }
+    survivesBreaking(scratch, "metadata.json", metadata);
+    for (std::size_t i = 0; i < files.size(); ++i) survivesBreaking(scratch, bricks[i].file, files[i], "metadata.json");
+    EXPECT_EQ(importAll(scratch.path("metadata.json")), box.bytes(width));
+  }
 }
 
 TEST(ImportPrism, ABrickThatShrinksIsAnError) {

@@ -11,7 +11,7 @@
 
 namespace blockwalk {
 
-// Elements in the order of their tags, in one of the three plain syntaxes, or with pixels in fragments.
+// Elements in the order of their tags, in one of the three plain syntaxes, deflated, or with pixels in fragments.
 class DicomWriter {
  public:
   explicit DicomWriter(std::string syntax = "1.2.840.10008.1.2.1")
@@ -24,8 +24,11 @@ class DicomWriter {
     elements_[tag] = {vr, std::move(value)};
     return *this;
   }
-  DicomWriter& whole(std::uint32_t tag, int value) {
-    elements_[tag] = {"US", number(static_cast<std::uint32_t>(value), 2)};
+  DicomWriter& whole(std::uint32_t tag, int value) { return wholes(tag, {value}); }
+  DicomWriter& wholes(std::uint32_t tag, const std::vector<int>& values, const char* vr = "US") {
+    std::string bytes;
+    for (const int value : values) bytes += number(static_cast<std::uint32_t>(value), 2);
+    elements_[tag] = {vr, std::move(bytes)};
     return *this;
   }
   // The items are data sets as set() gives them.
@@ -39,6 +42,12 @@ class DicomWriter {
   DicomWriter& pixels(std::string bytes) {
     if (is_big_) bytes = swapped(std::move(bytes), 2);
     elements_[0x7fe00010] = {"OW", std::move(bytes)};
+    return *this;
+  }
+  // A byte each, which have no order.
+  DicomWriter& bytes(std::uint32_t tag, const char* vr, std::string value) {
+    if (value.size() % 2 == 1) value += '\0';
+    elements_[tag] = {vr, std::move(value)};
     return *this;
   }
   DicomWriter& fragments(const std::vector<std::string>& parts) {
@@ -62,7 +71,8 @@ class DicomWriter {
   std::string file() const {
     DicomWriter meta;
     meta.text(0x00020010, "UI", syntax_);
-    return std::string(128, '\0') + "DICM" + meta.set() + set();
+    const std::string all = syntax_ == "1.2.840.10008.1.2.1.99" ? gzipped(set(), -MAX_WBITS) : set();
+    return std::string(128, '\0') + "DICM" + meta.set() + all;
   }
 
  private:

@@ -144,13 +144,13 @@ TEST(Mrc, StacksAreTold) {
   const std::string voxels = counting<std::uint16_t>(false) + std::string(48, 'b');
   const auto path = scratch.write("a.mrc", writer.header + voxels);
   EXPECT_THAT(openSource({path}, {})->info().notes,
-              testing::Contains(HasSubstr("of the 2 volumes of the stack it is number 0")));
+              testing::Contains(HasSubstr("of 2 volumes, one after the other, it is the first")));
   EXPECT_EQ(importAll(path), counting<std::uint16_t>(false));
   ImportOptions second;
   second.frame = 1;
   EXPECT_EQ(importAll(path, second), std::string(48, 'b'));
   second.frame = 2;
-  EXPECT_THAT(refusal({path}, second), HasSubstr("frame 2 is asked for, must be 0..1"));
+  EXPECT_THAT(refusal({path}, second), HasSubstr("--frame 2 is outside 0..1"));
 }
 
 TEST(Mrc, ExtendedHeadersArePassedOverAndOldFilesKnown) {

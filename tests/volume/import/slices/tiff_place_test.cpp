@@ -93,6 +93,19 @@ TEST_F(TiffPlace, ImageJSaysSizeUnitAndOrigin) {
   EXPECT_EQ(glm::dvec3(placed.world_from_index[3]), glm::dvec3(-2, -2, -2));
 }
 
+// ResolutionUnit is inches where it is not written: that alone is no size.
+TEST_F(TiffPlace, NoResolutionHasNoUnit) {
+  for (const int unit : {0, RESUNIT_INCH, RESUNIT_CENTIMETER}) {
+    const PageKind unsized{.resolution_unit = unit};
+    EXPECT_EQ(imageJ("", unsized).length_unit, "") << unit;
+    EXPECT_EQ(imageJ("spacing=2\n", unsized).length_unit, "") << unit;
+    EXPECT_EQ(infoOf(unsized).length_unit, "") << unit;
+    EXPECT_EQ(sidesOf(infoOf(unsized)), glm::dvec3(1)) << unit;
+    EXPECT_EQ(imageJ("unit=um\nspacing=2\n", unsized).length_unit, "um") << unit;
+    EXPECT_EQ(sidesOf(imageJ("unit=um\nspacing=2\n", unsized)), glm::dvec3(1, 1, 2)) << unit;
+  }
+}
+
 TEST_F(TiffPlace, ImageJSaysWhatValuesMean) {
   const PageKind words{.bits = 16};
   const SourceInfo shifted = imageJ("cf=0\nc0=-32768.0\nc1=1.0\nvunit=Gray Value\n", words);

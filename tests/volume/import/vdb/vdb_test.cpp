@@ -6,7 +6,8 @@
 
 #ifdef BLOCKWALK_OPENVDB
 #include <openvdb/openvdb.h>
-#include <openvdb/points/PointDataGrid.h>
+#include <openvdb/points/PointConversion.h>
+#include <openvdb/points/PointCount.h>
 #include <openvdb/tools/LevelSetSphere.h>
 #include <openvdb/tools/LevelSetUtil.h>
 #ifdef BLOCKWALK_NANOVDB
@@ -15,6 +16,7 @@
 #endif
 
 #include <chrono>
+#include <numeric>
 
 #include "tests/volume/import/broken.h"
 #include "volume/build/builder.h"
@@ -247,12 +249,22 @@ TEST_F(Vdb, GridsOfOnePlaceAreChannelsAndOthersAreListed) {
   EXPECT_THAT(refusalOf({someFloats(), heat}, options), HasSubstr("--dataset cold: there is no such grid; there are"));
 }
 
-TEST_F(Vdb, WhatIsNoVolumeIsRefusedByName) {
-  auto points = openvdb::points::PointDataGrid::create();
+TEST_F(Vdb, PointsAreCounted) {
+  const std::vector<openvdb::Vec3s> places = {{0, 0, 0}, {0.2f, 0, 0}, {5, 6, 7}, {-3, 2, 20}};
+  const auto unit = openvdb::math::Transform::createLinearTransform(1);
+  auto points =
+      openvdb::points::createPointDataGrid<openvdb::points::NullCodec, openvdb::points::PointDataGrid>(places, *unit);
   points->setName("dust");
-  EXPECT_THAT(refusalOf({points}), HasSubstr("grid 'dust' of ptdataidx32: it holds points, not voxels"));
-  const auto passed = open({points, someFloats()});
-  EXPECT_THAT(passed->info().notes, Contains(HasSubstr("grid 'dust' of ptdataidx32 is passed over")));
+  const auto source = open({points});
+  EXPECT_EQ(source->info().dims, glm::ivec3(9, 7, 21));
+  EXPECT_THAT(source->info().notes, ElementsAre(HasSubstr("'dust' holds points: values are how many")));
+  std::vector<float> counts(9 * 7 * 21);
+  counts[3] = 2, counts[8 + 9 * (6 + 7 * 7)] = counts[9 * (2 + 7 * 20)] = 1;
+  EXPECT_EQ(readAll(*source), bytesOf(counts));
+  EXPECT_THAT(open({points, someFloats()})->info().notes, Contains(HasSubstr("ptdataidx32 is passed over: it holds")));
+}
+
+TEST_F(Vdb, WhatIsNoVolumeIsRefusedByName) {
   auto frustum = someFloats();
   frustum->setTransform(openvdb::math::Transform::createFrustumTransform(
       openvdb::BBoxd(openvdb::Vec3d(0), openvdb::Vec3d(100)), 0.5, 10));
@@ -348,7 +360,12 @@ TEST_F(Vdb, RealFilesAreWhatOpenVdbReads) {
   const auto surface = openvdb::gridPtrCast<openvdb::FloatGrid>(grids("sphere_levelset.vdb")[0]);
   openvdb::tools::sdfToFogVolume(*surface);
   expectSame(*sphere, *surface, same);
-  EXPECT_THAT(refusal({*data / "vdb_set" / "points.vdb"}), HasSubstr("it holds points, not voxels"));
+  const auto dust = openvdb::gridPtrCast<openvdb::points::PointDataGrid>(grids("points.vdb")[0]);
+  const std::string counted = importAll(*data / "vdb_set" / "points.vdb");
+  std::vector<float> counts(counted.size() / sizeof(float));
+  std::memcpy(counts.data(), counted.data(), counted.size());
+  EXPECT_EQ(std::reduce(counts.begin(), counts.end(), 0.0),
+            static_cast<double>(openvdb::points::pointCount(dust->tree())));
   ImportOptions options;
   options.dataset = "density";
   for (const auto& grid : grids("bonsai_small.vdb")) {

@@ -1,0 +1,124 @@
+// SPDX-License-Identifier: Apache-2.0
+// The records of blocks and of subblocks' densities one after the other, held against each other, the counts and the
+// header.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <type_traits>
+
+#include "volume/error.h"
+#include "volume/file/layout.h"
+#include "volume/file/section_reader.h"
+
+namespace blockwalk {
+
+// Whose records these are. `file` and `name` ("level 1 channel 0") are for messages.
+struct RecordPlace {
+  const std::string& file;
+  std::string name;
+  const LevelEntry& entry;
+  const ChannelSections& sections;
+  const LevelInfo& info;
+  std::size_t channel = 0;
+};
+
+// Which subblocks: those with voxels, or also those of which only the apron has any.
+enum class Extent : std::uint8_t { stored, apron };
+
+// Where the ranges of an extent lie, and how long one is.
+inline const Section& rangeSection(const RecordPlace& place, Extent extent) {
+  return extent == Extent::stored ? place.sections.ranges : place.sections.apron_ranges;
+}
+inline std::size_t rangeBytesOf(VoxelType type, Extent extent) {
+  return extent == Extent::stored ? rangeBytes(type) : apronRangeBytes(type);
+}
+
+// Judges fields of the record at one offset. A bound is text, or makes it when it is asked for: nearly all hold.
+class RecordCheck {
+ public:
+  RecordCheck(const RecordPlace& place, std::uint64_t offset) : place_(place), offset_(offset) {}
+
+  void at(std::uint64_t offset) { offset_ = offset; }
+
+  template <typename T, typename Bound>
+  void operator()(bool holds, std::string_view field, const T& value, Bound bound) const {
+    if (holds) return;
+    std::string text;
+    if constexpr (std::is_invocable_v<Bound>) {
+      text = bound();
+    } else {
+      text = bound;
+    }
+    failData("{}: {} record at offset {}: {} is {}, must be {}", place_.file, place_.name, offset_, field, value, text);
+  }
+
+ private:
+  const RecordPlace& place_;
+  std::uint64_t offset_;
+};
+
+// Of the records before some one: how many, how many of them have voxels, and of how many subblocks they are.
+struct RecordCounts {
+  std::uint64_t records = 0;
+  std::uint64_t blocks = 0;
+  std::uint64_t stored = 0;
+  std::uint64_t all = 0;  // those that are stored, and those of which the apron has voxels
+};
+
+// Reads block records one by one and refuses what the builder would not have written.
+class RecordReader {
+ public:
+  // Of all of a level.
+  RecordReader(const RecordPlace& place, const VolumeInfo& info, SectionReader& section);
+  // Of whole records in the middle of it, behind those of `before`, up to those of `end`.
+  RecordReader(const RecordPlace& place, const VolumeInfo& info, SectionReader& section, const RecordCounts& before,
+               const RecordCounts& end);
+
+  // False after the last.
+  bool next(BlockRecord& record);
+  // With the one read last.
+  const RecordCounts& counts() const { return counts_; }
+
+ private:
+  void checkOrigin(glm::ivec3 origin);
+  void checkSets(const BlockRecord& record) const;
+  void finish() const;
+
+  const VolumeInfo& info_;
+  const LevelEntry& entry_;
+  glm::ivec3 dims_;
+  SectionReader& section_;
+  RecordCheck check_;
+  bool is_part_;
+  RecordCounts counts_;
+  RecordCounts end_;
+  std::optional<std::uint64_t> last_code_;
+};
+
+// Reads the ranges of one channel, and refuses what the builder would not have written.
+class RangeReader {
+ public:
+  // Throws DataError where more are read than the section has.
+  RangeReader(const RecordPlace& place, const VolumeInfo& info, Extent extent, SectionReader& section);
+
+  Subblock next();
+  void skip(std::uint64_t count);
+
+ private:
+  std::span<const std::byte> ahead(std::uint64_t bytes);
+  Subblock stored(const std::byte* record) const;
+  Subblock apron(const std::byte* record) const;
+
+  const VolumeInfo& info_;
+  const ChannelInfo& channel_;
+  Extent extent_;
+  float empty_;
+  SectionReader& section_;
+  std::size_t bytes_;
+  RecordCheck check_;
+};
+
+}  // namespace blockwalk
