@@ -27,6 +27,9 @@ struct DeviceOptions {
   // finds no room as a whole comes and goes, and takes five eighths of the budget. 0: all of a level are there, or the
   // view is refused.
   std::optional<std::uint64_t> page_bytes{};
+  // Records of a level of which voxels come and go that take more are read by windows of what a view can come to. None:
+  // a sixteenth of the budget. 0: all of a level are there, or a coarser one is drawn.
+  std::optional<std::uint64_t> record_bytes{};
   std::uint64_t piece_macrocells = std::uint64_t{1} << 20;  // looked at in one submission
   // Measure what the finder `auto` means on a software device too. Elsewhere it is measured for every volume. On
   // lavapipe a kernel that is tried takes about half a second to compile, and none was found that beats the grid by

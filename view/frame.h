@@ -4,9 +4,11 @@
 
 #include <cstdint>
 #include <glm/glm.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "view/reasons.h"
 #include "view/view.h"
 
 namespace blockwalk {
@@ -51,8 +53,17 @@ struct RenderStats {
   std::uint64_t wanted_blocks = 0;
   std::uint64_t absent_blocks = 0;
   std::uint64_t pages_read = 0;  // for this frame
-  std::string page_failure{};    // why some could not be read; empty: all could
-  bool is_coarser = false;       // of a coarser level than the view wants, as a finer one has found no room
+  std::uint64_t foreseen_pages =
+      0;                       // that it is the first to use of those that were brought in ahead (FrameOrder::ahead)
+  std::string page_failure{};  // why some could not be read; empty: all could
+  bool is_coarser = false;     // of a coarser level than the view wants, as a finer one has found no room
+  bool as_it_is = false;       // it waited for nothing: what is absent may still come
+  // Where it is not complete for want of room: what the level asked for needs, and what there is; 0 where unknown.
+  std::uint64_t needed_bytes = 0;
+  std::uint64_t room_bytes = 0;
+  // That are not background alone; of numbers, that show something.
+  std::uint64_t drawn_pixels = 0;
+  std::vector<Reason> reasons{};  // why it is empty or coarser (view/reasons.h)
   bool isComplete() const { return absent_blocks == 0 && !is_coarser; }
 };
 
@@ -61,6 +72,14 @@ struct Probe {
   std::int32_t x = -1, y = -1, z = -1;  // first-hit: voxel of the level drawn; -1 when nothing is hit
   std::uint32_t blocks = 0;             // blocks: how many blocks of the range the ray crosses
   float t = 0;                          // first-hit: world distance from the eye (orthographic: from the eye's plane)
+};
+
+// The point that a pixel shows (docs/integration.md, Outputs).
+struct ShownPoint {
+  glm::dvec3 world{0};
+  double t = 0;         // world distance from the eye along the ray, orthographic: from the eye's plane
+  int level = 0;        // of the part of the picture that it lies in
+  glm::ivec3 voxel{0};  // of level 0; nearest: what the ray enters at the point
 };
 
 struct Frame {
@@ -73,10 +92,12 @@ struct Frame {
   int samples_drawn = 0;   // a pixel, by this call: more than its step has where the sums had to be taken anew
   Output output = Output::color;
   // Instead of pixels, where output is not color, row by row: depth (1 a pixel, +infinity: nothing), position (3, NaN:
-  // nothing), cost (1, whole numbers).
+  // nothing), value (1, data units, NaN: nothing), cost and queries (1, whole numbers).
   std::vector<float> values{};
+  std::optional<ShownPoint> shown{};  // of an order for one pixel, where its output is of a point
   // What a picture of the values runs over: x: the nearest and farthest depth of the volume's box that are before the
-  // eye; the corners of its world box; nothing for cost.
+  // eye; the corners of its world box; the
+  // ends of the channel's range; nothing for cost.
   glm::dvec3 values_min{0};
   glm::dvec3 values_max{0};
 };

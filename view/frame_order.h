@@ -28,6 +28,9 @@ struct FrameOrder {
   ResolvedView view{};
   bool count = true;   // fill the counters of RenderStats; off makes the kernel a little faster
   bool probe = false;  // fill Frame::probes
+  // Of the view's picture, from the left and the top: draw this pixel alone, with the ray that it has there. The frame
+  // has the size of a pixel.
+  std::optional<glm::ivec2> pixel{};
   // Draw with the general kernel, which makes its late choices at run time: the same picture, slower. For measuring
   // what specialisation is worth.
   bool general = false;
@@ -39,6 +42,9 @@ struct FrameOrder {
   // Where voxels come and go (docs/large.md): draw what is there, coarser where something is not, and wait for nothing.
   // Else the picture is drawn once all that it shows is there, as far as there is room for it.
   bool as_it_is = false;
+  // Where voxels come and go: bring in what some rays of the view come to, as far as that needs nothing but room that
+  // was not used of late, and draw nothing. For a view that may come next.
+  bool ahead = false;
   // Any thread may set it; looked at between the pieces of the work. Null: never.
   std::shared_ptr<std::atomic<bool>> cancel{};
   std::optional<SampleStep> step{};  // none: all samples at once

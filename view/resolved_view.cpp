@@ -8,6 +8,8 @@
 #include <numbers>
 #include <numeric>
 
+#include "view/first_look.h"
+
 namespace blockwalk {
 namespace {
 
@@ -16,15 +18,16 @@ double halfSlope(const View& view) { return std::tan(view.fov_degrees * std::num
 bool isFinite(const glm::dvec3& v) { return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z); }
 
 // The up vector to frame with; one that cannot be used is refused after framing.
-glm::dvec3 framingUp(const glm::dvec3& up) {
-  const glm::dvec3 across = glm::cross(glm::normalize(glm::dvec3(1, 0.8, 1.2)), up);
+glm::dvec3 framingUp(const FirstLook& look, const glm::dvec3& up) {
+  const glm::dvec3 across = glm::cross(glm::normalize(look.from), up);
   const double length = glm::length(across);
-  return length > 0 && std::isfinite(length) ? up : glm::dvec3(0, 1, 0);
+  return length > 0 && std::isfinite(length) ? up : look.up;
 }
 
-// Along (1, 0.8, 1.2) from the target, as near as the box still fits the image with a small margin.
-glm::dvec3 framingEye(const View& view, const WorldBox& box, const glm::dvec3& target, const glm::dvec3& up) {
-  const glm::dvec3 forward = -glm::normalize(glm::dvec3(1, 0.8, 1.2));
+// Along `from` from the target, as near as the box still fits the image with a small margin.
+glm::dvec3 framingEye(const View& view, const WorldBox& box, const glm::dvec3& target, const glm::dvec3& from,
+                      const glm::dvec3& up) {
+  const glm::dvec3 forward = -glm::normalize(from);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
   const glm::dvec3 image_up = glm::cross(right, forward);
   const double slope_y = halfSlope(view);
@@ -53,6 +56,9 @@ void checkNumbers(const View& view) {
   if (!(view.extinction >= 0 && std::isfinite(view.extinction))) {
     throw ViewError("extinction", fmt::format("{} is not a finite number of at least 0", view.extinction));
   }
+  if (!(view.attenuation >= 0 && view.attenuation <= kMaxAttenuation)) {
+    throw ViewError("attenuation", fmt::format("{} is not within 0..{}", view.attenuation, kMaxAttenuation));
+  }
   if (!(view.termination >= 0 && view.termination <= 0.5)) {
     throw ViewError("termination", fmt::format("{} is not within 0..0.5", view.termination));
   }
@@ -64,6 +70,33 @@ void checkNumbers(const View& view) {
   }
   if (!(view.lod_alpha >= 0 && view.lod_alpha <= 1)) {
     throw ViewError("lod-alpha", fmt::format("{} is not within 0..1", view.lod_alpha));
+  }
+}
+
+void checkLight(const View& view) {
+  const Lights& lights = view.lights;
+  for (const double strength : {lights.ambient, lights.head, lights.key, lights.highlight}) {
+    if (!(strength >= 0 && strength <= kMaxLight)) {
+      throw ViewError("light", fmt::format("{} is not within 0..{}", strength, kMaxLight));
+    }
+  }
+  const double length = glm::length(view.key_light);
+  if (!(length > 0) || !std::isfinite(length)) throw ViewError("key-light", "has no direction");
+  if (!(view.occlusion >= 0 && view.occlusion <= kMaxReach)) {
+    throw ViewError("occlusion", fmt::format("{} is not within 0..{} unit distances", view.occlusion, kMaxReach));
+  }
+}
+
+void checkLens(const View& view, const WorldBox& box) {
+  const double diagonal = glm::length(box.max - box.min);
+  if (!(view.aperture >= 0 && view.aperture <= diagonal)) {
+    throw ViewError("aperture", fmt::format("{} is not within 0..{}, the volume's diagonal", view.aperture, diagonal));
+  }
+  if (view.aperture > 0 && view.ortho_height) {
+    throw ViewError("aperture", "a lens needs a perspective view: use fov, not ortho");
+  }
+  if (!(view.focus >= 0) || !std::isfinite(view.focus)) {
+    throw ViewError("focus", fmt::format("{} is not a distance before the eye", view.focus));
   }
 }
 
@@ -101,15 +134,17 @@ void checkReach(const View& view, const glm::dvec3& eye, const WorldBox& box, co
 }
 
 void resolveCamera(const View& view, const VolumeInfo& info, ResolvedView& resolved) {
-  const WorldBox box = worldBox(info);
-  resolved.target = view.target.value_or(0.5 * (box.min + box.max));
-  resolved.up = view.up.value_or(glm::dvec3(0, 1, 0));
-  const glm::dvec3 eye = view.eye ? *view.eye : framingEye(view, box, resolved.target, framingUp(resolved.up));
+  const WorldBox framed = worldBox(info, nonemptyBox(info));
+  resolved.target = view.target.value_or(0.5 * (framed.min + framed.max));
+  const FirstLook look = firstLook(info.metadata.space);
+  resolved.up = view.up.value_or(look.up);
+  const glm::dvec3 up = framingUp(look, resolved.up);
+  const glm::dvec3 eye = view.eye ? *view.eye : framingEye(view, framed, resolved.target, look.from, up);
   const char* placed_by = view.eye ? "eye" : view.target ? "target" : "fov";
   for (const auto& [value, field] : {std::pair{&eye, placed_by}, {&resolved.target, "target"}, {&resolved.up, "up"}}) {
     if (!isFinite(*value)) throw ViewError(field, "is not finite");
   }
-  checkReach(view, eye, box, placed_by);
+  checkReach(view, eye, worldBox(info), placed_by);
   const glm::dvec3 toward = resolved.target - eye;
   const double distance = glm::length(toward);
   if (!(distance > 0) || !std::isfinite(distance))
@@ -168,11 +203,18 @@ void checkOutput(const ResolvedView& view) {
   const bool needs_point = view.output == Output::depth || view.output == Output::position;
   if (needs_point && (view.mode == Mode::mean || view.mode == Mode::blocks)) {
     throw ViewError("output",
-                    "depth and position are of a point, and this mode shows none: use blend, first-hit, iso or mip");
+                    "depth and position are of a point, and this mode shows none: use blend, first-hit, iso, mip, "
+                    "minip or attenuated-mip");
   }
-  if (needs_point && view.mode == Mode::mip && view.drawn.size() > 1) {
+  if (view.output == Output::value && view.mode == Mode::blocks) {
+    throw ViewError("output", "value is of densities, and mode blocks counts blocks: use another mode");
+  }
+  if (view.output == Output::value && view.drawn.size() > 1) {
+    throw ViewError("output", "value is one number a pixel, and several channels have several: draw one channel");
+  }
+  if (needs_point && showsExtreme(view.mode) && view.drawn.size() > 1) {
     throw ViewError("output",
-                    "depth and position are of a point, and mip of several channels shows several: draw one channel");
+                    "depth and position are of a point, and this mode shows one of each channel: draw one channel");
   }
 }
 
@@ -247,6 +289,8 @@ void resolveChannels(const View& view, const VolumeInfo& info, ResolvedView& res
 ResolvedView resolveView(const View& view, const VolumeInfo& info) {
   checkNumbers(view);
   checkMacrocell(view);
+  checkLight(view);
+  checkLens(view, worldBox(info));
   ResolvedView resolved;
   static_cast<ViewChoices&>(resolved) = view;
   resolveCamera(view, info, resolved);
@@ -260,6 +304,9 @@ ResolvedView resolveView(const View& view, const VolumeInfo& info) {
   const auto levels = static_cast<int>(info.levels.size());
   if (resolved.level != kAutoLevel && (resolved.level < 0 || resolved.level >= levels)) {
     throw ViewError("level", fmt::format("{} is not within 0..{}", resolved.level, levels - 1));
+  }
+  if (resolved.time < 0 || resolved.time >= info.steps) {
+    throw ViewError("time", fmt::format("{} is not within 0..{}, the volume's steps", resolved.time, info.steps - 1));
   }
   return resolved;
 }

@@ -43,7 +43,7 @@ struct ResolvedView : ViewChoices {
 // Chooses what the view leaves out. Throws ViewError where the view is undefined for this volume: eye = target, an eye
 // too far away to tell places in the volume apart, up parallel to the view, a channel that is not there, a range
 // inverted, a transfer function for rgba8, a level that is not there, a clip box inverted, a plane without a direction,
-// the depth of a mode that shows no point, several samples of what is no colour.
+// the depth of a mode that shows no point, the value of several channels, several samples of what is no colour.
 ResolvedView resolveView(const View& view, const VolumeInfo& info);
 
 // The view that says all that was chosen: resolving it for the same volume gives the same again.

@@ -7,6 +7,7 @@
 #include <span>
 #include <string_view>
 
+#include "view/label_colors.h"
 #include "view/view.h"
 
 namespace blockwalk {
@@ -63,7 +64,12 @@ struct Body {
   bool isFlat() const { return !(first < middle && middle < last); }
 };
 
+// What the source says to show first, where it says so.
 Body bodyOf(const ChannelInfo& channel) {
+  if (channel.window && (*channel.window)[0] < (*channel.window)[1]) {
+    const auto [first, last] = *channel.window;
+    return {.first = first, .middle = 0.5 * (first + last), .last = last};
+  }
   const double width = (static_cast<double>(channel.histogram_hi) - channel.histogram_lo) / kHistogramBins;
   const auto at = [&](double bin) { return channel.dataFromStored(channel.histogram_lo + width * bin); };
   if (channel.density_min == channel.density_max) return {};
@@ -95,6 +101,10 @@ std::vector<TransferPoint> ramp(const VolumeInfo& info, const ChannelInfo& chann
   return points;
 }
 
+std::uint32_t rgbOf(const Color& color) {
+  return std::uint32_t{color[0]} << 16 | std::uint32_t{color[1]} << 8 | color[2];
+}
+
 // A colour and black, a share of each, in whole bytes: so the points' text form gives the same colour back.
 std::uint32_t shareOf(std::uint32_t rgb, double share) {
   const auto byte = [&](int shift) {
@@ -105,12 +115,11 @@ std::uint32_t shareOf(std::uint32_t rgb, double share) {
 
 std::vector<TransferPoint> automatic(const VolumeInfo& info, std::size_t number) {
   constexpr std::array<std::uint32_t, 3> kWarm{0x5c1c0f, 0xdb8c54, 0xfff7e6};
-  constexpr std::array<std::uint32_t, kMaxChannels> kOfChannels{0x00ff00, 0xff00ff, 0x00ffff, 0xffff00};
   const ChannelInfo& channel = info.channels[number];
   const Body body = bodyOf(channel);
   std::array<std::uint32_t, 3> colors = kWarm;
   if (info.channels.size() > 1) {
-    const std::uint32_t full = kOfChannels[number];
+    const std::uint32_t full = rgbOf(channelColor(channel, number));
     const double middle = body.isFlat() ? 1 : (body.middle - body.first) / (body.last - body.first);
     // As with the warm colours, what is thin is dark and yet to be seen: a first hit lies where opacity begins.
     constexpr double kDark = 0.35;
@@ -165,11 +174,17 @@ constexpr std::array<FixedPoint, 5> kVessels{
 
 }  // namespace
 
+Color channelColor(const ChannelInfo& channel, std::size_t number) {
+  constexpr std::array<Color, kMaxChannels> kOfChannels{
+      {{0x00, 0xff, 0x00}, {0xff, 0x00, 0xff}, {0x00, 0xff, 0xff}, {0xff, 0xff, 0x00}}};
+  return channel.color.value_or(kOfChannels.at(number));
+}
+
 std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info, std::size_t number) {
   const ChannelInfo& channel = info.channels[number];
   switch (preset) {
     case TransferPreset::automatic:
-      return automatic(info, number);
+      return channel.values == ChannelValues::labels ? labelTransfer(channel) : automatic(info, number);
     case TransferPreset::grey:
       return ramp(info, channel, kGrey);
     case TransferPreset::viridis:

@@ -14,8 +14,16 @@
 
 namespace blockwalk {
 
-enum class Mode : std::uint8_t { blend, first_hit, blocks, mip, mean, iso };
+enum class Mode : std::uint8_t { blend, first_hit, blocks, mip, mean, iso, minip, attenuated_mip };
+// Modes that show the density of one point of a ray, which comes of all of them.
+constexpr bool showsExtreme(Mode mode) {
+  return mode == Mode::mip || mode == Mode::minip || mode == Mode::attenuated_mip;
+}
 enum class Filter : std::uint8_t { nearest, linear };
+// In which order the blocks are read that a frame lacked which waits for nothing (docs/large.md).
+enum class Requests : std::uint8_t { file, shells, transmittance };
+// What stands in for voxels that are absent: a coarser level's means, or the greatest densities that it covers.
+enum class StandIn : std::uint8_t { automatic, mean, maximum };
 enum class TransferShape : std::uint8_t { linear, stepped };
 // How a transfer function is chosen where no points are given (view/transfer_presets.cpp). The CT presets are in
 // Hounsfield units.
@@ -31,7 +39,7 @@ enum class TransferPreset : std::uint8_t {
 };
 enum class Classification : std::uint8_t { post, pre_integrated };
 // What a pixel holds; all but color as numbers (Frame::values).
-enum class Output : std::uint8_t { color, depth, position, cost, queries, mesh };
+enum class Output : std::uint8_t { color, depth, position, cost, queries, mesh, value };
 // Whether a pixel is a colour; of the others it is numbers.
 constexpr bool isPicture(Output output) { return output == Output::color || output == Output::mesh; }
 // What finds the next block along a ray (docs/finders.md). Numbers are the kernel's (shaders/kernel_interface.h).
@@ -47,9 +55,13 @@ constexpr double kMinFov = 1e-9;  // degrees
 // How far from the volume an eye may be, and how high an orthographic picture: there doubles tell a hundred thousandth
 // of it apart. Farther away nothing is drawn right, and at last coordinates overflow.
 constexpr double kFarthestDiagonals = 1e11;
+constexpr double kAtTarget = 0;        // View::focus
+constexpr double kMaxLight = 10;       // a strength of View::lights
+constexpr double kMaxReach = 1e6;      // View::occlusion, unit distances
 constexpr double kMinStep = 1.0 / 64;  // voxels
 constexpr double kMaxStep = 16;
 constexpr std::size_t kMaxPlanes = 6;
+constexpr double kMaxAttenuation = 1000;
 constexpr int kMaxSamples = 256;
 constexpr int kAutoMacrocell = 0;  // 8, or a subblock's side where that is more
 
@@ -72,6 +84,15 @@ struct ClipBox {
   glm::dvec3 min{0};  // world
   glm::dvec3 max{0};
   bool operator==(const ClipBox&) const = default;
+};
+
+// What `lit` shades with (docs/integration.md, "Light").
+struct Lights {
+  double ambient = 0.3;
+  double head = 0.4;  // from the eye
+  double key = 0.3;
+  double highlight = 0.2;
+  bool operator==(const Lights&) const = default;
 };
 
 // A world half-space: inside where dot(normal, p) + offset >= 0. The normal may have any length but 0.
@@ -98,11 +119,16 @@ struct ViewChoices {
   Filter filter = Filter::nearest;
   Classification classification = Classification::post;
   bool lit = false;
+  Lights lights{};
+  glm::dvec3 key_light{-1, 1, 1};  // to it, of any length: to the right, up, towards the eye
+  bool shadow = false;             // the key light comes through the volume
+  double occlusion = 0;  // unit distances: so far around it something takes the ambient light away; 0: nowhere
   TransferShape transfer_shape = TransferShape::linear;
   double step = 0.5;  // sample distance of the linear filter, voxels of the level drawn
   double termination =
       1.0 / 1024;                 // blend: a ray of which less transmittance is left stops; half an 8-bit step at most
   double extinction = 0.2;        // rgba8: per unit distance at density 255
+  double attenuation = 0.05;      // mode attenuated-mip: per unit distance at the range's upper end
   std::optional<ClipBox> clip;    // none: nothing is clipped
   std::vector<ClipPlane> planes;  // at most kMaxPlanes, beside the clip box
   // Where the level is left to choose: what is farther away is drawn of coarser levels, of whose voxels a pixel is to
@@ -111,22 +137,27 @@ struct ViewChoices {
   // Reese's lambda, mode blend: how much coarser is what lies behind an opacity, 0: not at all, 1: behind one of 1 the
   // coarsest, or as coarse as a frame's levels go.
   double lod_alpha = 0;
+  Requests requests = Requests::file;
+  StandIn stand_in = StandIn::automatic;
   int level = kAutoLevel;
+  int time = 0;                                          // step, of a volume that has several
   std::array<std::uint8_t, 4> background{0, 0, 0, 255};  // straight, not premultiplied, opacity
   Finder finder = Finder::automatic;
   int macrocell = kAutoMacrocell;  // voxels: 8, 16 or 32; finders clusters and boundary
   bool walk = true;
   bool cull = true;
   Output output = Output::color;
-  int samples = 1;  // rays a pixel, 1: through its centre; more: output color
+  int samples = 1;           // rays a pixel, 1: through its centre; more: output color
+  double aperture = 0;       // radius of the lens, world; perspective, several samples
+  double focus = kAtTarget;  // distance before the eye of what is sharp, world
   bool operator==(const ViewChoices&) const = default;
 };
 
 // What is asked for. What is absent is chosen for the volume by resolveView() (view/resolved_view.h).
 struct View : ViewChoices {
   std::optional<glm::dvec3> eye;       // world
-  std::optional<glm::dvec3> target;    // world; default the volume's centre
-  std::optional<glm::dvec3> up;        // default +y
+  std::optional<glm::dvec3> target;    // world; default the middle of what is not empty
+  std::optional<glm::dvec3> up;        // default +y, of patients towards the head (view/first_look.h)
   std::optional<double> ortho_height;  // world; orthographic when present
   std::vector<int> drawn;              // channels of the volume; empty: all
   std::array<ChannelView, kMaxChannels> channels;
@@ -140,9 +171,13 @@ struct ViewError : DataError {
   std::string field;
 };
 
+// Of one among several channels: its own, else one that its neighbours have not.
+Color channelColor(const ChannelInfo& channel, std::size_t number);
+
 // The points of a preset for a channel; automatic: from the histogram, transparent below the body of the data, above it
-// a warm ramp or, of several channels, one from dark to full in the channel's colour. The colour maps run over the body
-// of the data. Throws ViewError for a CT preset where the channel's values cannot be Hounsfield units.
+// a warm ramp or, of several channels, one from dark to full in the channel's colour; of labels a colour each. The
+// colour maps run over the body of the data. Throws ViewError for a CT preset where the channel's values cannot be
+// Hounsfield units.
 std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info, std::size_t number);
 
 }  // namespace blockwalk
