@@ -130,8 +130,8 @@ std::vector<std::byte> encodePng(const Frame& frame, Pixels pixels) {
 }
 
 // PNG is big endian.
-std::vector<std::byte> encodeDepthPng(const Frame& frame) {
-  const std::vector<std::uint16_t> picture = depthPicture(frame);
+std::vector<std::byte> encodeGreyPng(const Frame& frame) {
+  const std::vector<std::uint16_t> picture = greyPicture(frame);
   const auto width = static_cast<std::size_t>(frame.width);
   const PngShape shape{.width = frame.width, .height = frame.height, .bits = 16, .color_type = PNG_COLOR_TYPE_GRAY};
   return finishPng(shape, [&](int y, png_byte* out) {
@@ -267,7 +267,7 @@ std::vector<std::byte> encodeImage(const Frame& frame, ImageFormat format, int q
   }
   BLOCKWALK_CHECK(frame.values.size(), ==, pixels * static_cast<std::size_t>(rawPixel(frame.output).channels));
   if (format == ImageFormat::raw) return encodeRaw(std::span(frame.values));
-  if (format == ImageFormat::png && frame.output == Output::depth) return encodeDepthPng(frame);
+  if (format == ImageFormat::png && isGrey(frame.output)) return encodeGreyPng(frame);
   return encodeColor(frame, outputPicture(frame), format, quality);
 }
 

@@ -20,7 +20,7 @@ namespace blockwalk {
 // raw: rows of rgba8, width * height * 4 bytes.
 //
 // Where the output is not color: raw is rows of Frame::values, f32 little endian; the others hold what
-// output_picture.h makes of them, depth as 16-bit grey in png and 8-bit grey in jpeg and webp.
+// output_picture.h makes of them, depth and value as 16-bit grey in png and 8-bit grey in jpeg and webp.
 //
 // The frame must be complete (pixels = width * height, sides 1..8192). Throws DataError when the codec refuses, and for
 // a quality that is not 1..100.

@@ -48,12 +48,14 @@ constexpr std::array<double, 5> kQueryStops = {0, 2, 4, 6, 8};
 
 }  // namespace
 
-std::vector<std::uint16_t> depthPicture(const Frame& frame) {
-  BLOCKWALK_CHECK(frame.output == Output::depth, ==, true);
+bool isGrey(Output output) { return output == Output::depth || output == Output::value; }
+
+std::vector<std::uint16_t> greyPicture(const Frame& frame) {
+  BLOCKWALK_CHECK(isGrey(frame.output), ==, true);
   std::vector<std::uint16_t> picture(frame.values.size());
-  std::ranges::transform(frame.values, picture.begin(), [&](float depth) -> std::uint16_t {
-    if (std::isinf(depth)) return 0;
-    const double share = shareOf(static_cast<double>(depth), frame.values_min.x, frame.values_max.x);
+  std::ranges::transform(frame.values, picture.begin(), [&](float number) -> std::uint16_t {
+    if (!std::isfinite(number)) return 0;
+    const double share = shareOf(static_cast<double>(number), frame.values_min.x, frame.values_max.x);
     return static_cast<std::uint16_t>(1 + std::lround(65534 * share));
   });
   return picture;
@@ -61,9 +63,9 @@ std::vector<std::uint16_t> depthPicture(const Frame& frame) {
 
 std::vector<std::uint32_t> outputPicture(const Frame& frame) {
   std::vector<std::uint32_t> picture(static_cast<std::size_t>(frame.width) * static_cast<std::size_t>(frame.height));
-  if (frame.output == Output::depth) {
-    std::ranges::transform(depthPicture(frame), picture.begin(),
-                           [](std::uint32_t depth) { return 0xff000000u | (depth >> 8) * 0x010101u; });
+  if (isGrey(frame.output)) {
+    std::ranges::transform(greyPicture(frame), picture.begin(),
+                           [](std::uint32_t grey) { return 0xff000000u | (grey >> 8) * 0x010101u; });
   } else if (frame.output == Output::position) {
     for (std::size_t i = 0; i < picture.size(); ++i) picture[i] = positionColor(frame, i);
   } else {

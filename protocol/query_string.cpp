@@ -27,6 +27,16 @@ std::string decodePart(std::string_view text) {
   return decoded;
 }
 
+std::string encodePart(std::string_view text) {
+  constexpr std::string_view kPlain = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789-._~:,;";
+  std::string encoded;
+  for (const char c : text) {
+    const bool is_plain = kPlain.find(c) != std::string_view::npos;
+    encoded += is_plain ? std::string(1, c) : fmt::format("%{:02X}", static_cast<unsigned char>(c));
+  }
+  return encoded;
+}
+
 }  // namespace
 
 std::vector<std::pair<std::string, std::string>> parseQueryString(std::string_view query) {
@@ -41,6 +51,14 @@ std::vector<std::pair<std::string, std::string>> parseQueryString(std::string_vi
     pairs.emplace_back(decodePart(part.substr(0, equals)), decodePart(part.substr(equals + 1)));
   }
   return pairs;
+}
+
+std::string queryText(const std::vector<std::pair<std::string, std::string>>& pairs) {
+  std::string text;
+  for (const auto& [name, value] : pairs) {
+    text += fmt::format("{}{}={}", text.empty() ? "" : "&", encodePart(name), encodePart(value));
+  }
+  return text;
 }
 
 }  // namespace blockwalk

@@ -17,4 +17,7 @@ constexpr std::size_t kMaxQueryPairs = 64;
 // Throws DataError for a broken escape, a member without `=`, an empty name, or more than kMaxQueryPairs members.
 std::vector<std::pair<std::string, std::string>> parseQueryString(std::string_view query);
 
+// The other way; what is none of A-Z a-z 0-9 - . _ ~ : , ; becomes %hh.
+std::string queryText(const std::vector<std::pair<std::string, std::string>>& pairs);
+
 }  // namespace blockwalk

@@ -10,6 +10,12 @@
 namespace blockwalk {
 namespace {
 
+std::string boxText(const VoxelBox& box) {
+  return fmt::format("{},{},{},{},{},{}", box.begin.x, box.begin.y, box.begin.z, box.end.x, box.end.y, box.end.z);
+}
+
+}  // namespace
+
 VoxelBox parseVoxelBox(std::string_view field, std::string_view text) {
   std::vector<int> numbers;
   for (std::size_t begin = 0; begin <= text.size();) {
@@ -26,21 +32,16 @@ VoxelBox parseVoxelBox(std::string_view field, std::string_view text) {
   return box;
 }
 
-std::string boxText(const VoxelBox& box) {
-  return fmt::format("{},{},{},{},{},{}", box.begin.x, box.begin.y, box.begin.z, box.end.x, box.end.y, box.end.z);
-}
-
-}  // namespace
-
 RegionRequest readRegionRequest(const std::vector<std::pair<std::string, std::string>>& members) {
   RegionRequest request;
   std::set<std::string> named;
   for (const auto& [name, text] : members) {
-    if (name != "format" && name != "level" && name != "box" && name != "channels") {
-      failName(name, "is no member of a region, which has format, level, box and channels");
+    if (std::ranges::find(kRegionMembers, name, &QueryMember::name) == kRegionMembers.end()) {
+      failName(name, "is no member of a region, which has format, level, time, box and channels");
     }
     if (!named.insert(name).second) failName(name, "is named twice");
     if (name == "level") request.level = parseInteger(name, text, 0, kMaxLevels - 1);
+    if (name == "time") request.time = parseInteger(name, text, 0, kMaxSteps - 1);
     if (name == "box") request.box = parseVoxelBox(name, text);
     if (name == "channels" && text != "all") request.channels = parseChannels(name, text);
     if (name != "format") continue;
@@ -52,6 +53,7 @@ RegionRequest readRegionRequest(const std::vector<std::pair<std::string, std::st
 
 std::string regionQuery(const RegionRequest& request) {
   std::string query = fmt::format("format={}&level={}", request.format, request.level);
+  if (request.time != 0) query += fmt::format("&time={}", request.time);
   if (request.box) query += "&box=" + boxText(*request.box);
   if (!request.channels.empty()) query += "&channels=" + channelsText(request.channels);
   return query;

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/image_codec.h"
+#include "protocol/reasons_json.h"
 
 namespace blockwalk {
 
@@ -33,7 +34,9 @@ nlohmann::json statsJson(const RenderStats& stats) {
                          {"level", stats.level},
                          {"kernel", stats.kernel},
                          {"loop_bound_hits", stats.loop_bound_hits},
-                         {"non_finite", stats.non_finite}};
+                         {"non_finite", stats.non_finite},
+                         {"drawn_pixels", stats.drawn_pixels}};
+  if (stats.drawn_pixels == 0) json["reasons"] = reasonsJson(stats.reasons);
   if (stats.far_level != stats.level) json["far_level"] = stats.far_level;
   if (stats.paged || !stats.isComplete()) json["complete"] = stats.isComplete();
   if (stats.paged) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/json_text.h"
+#include "protocol/reasons_json.h"
 #include "protocol/render_json.h"
 #include "protocol/view_json.h"
 
@@ -144,11 +145,14 @@ std::string statsMessage(std::uint64_t id, std::uint64_t seq, const RenderStats&
 std::string pongMessage(double time) { return writeJson({{"type", "pong"}, {"t", time}}); }
 
 std::vector<std::byte> frameHead(const FrameHeader& header) {
-  json members = {{"id", header.id},           {"seq", header.seq},           {"width", header.width},
-                  {"height", header.height},   {"format", header.format},     {"level", header.level},
-                  {"final", header.final},     {"complete", header.complete}, {"scale", header.scale},
-                  {"samples", header.samples}, {"gpu_ms", header.gpu_ms},     {"encode_ms", header.encode_ms},
-                  {"dropped", header.dropped}};
+  json members = {{"id", header.id},           {"seq", header.seq},
+                  {"width", header.width},     {"height", header.height},
+                  {"format", header.format},   {"level", header.level},
+                  {"final", header.final},     {"complete", header.complete},
+                  {"scale", header.scale},     {"samples", header.samples},
+                  {"gpu_ms", header.gpu_ms},   {"encode_ms", header.encode_ms},
+                  {"dropped", header.dropped}, {"drawn_pixels", header.drawn_pixels}};
+  if (header.drawn_pixels == 0) members["reasons"] = reasonsJson(header.reasons);
   if (header.pages) {
     members["wanted_blocks"] = header.pages->wanted_blocks;
     members["absent_blocks"] = header.pages->absent_blocks;
@@ -189,21 +193,24 @@ ParsedFrame parseFrameMessage(std::span<const std::byte> message) {
   json object = parseJson({text, length});
   const JsonEnd end(object);
   try {
-    return {.header = {.id = object.at("id").get<std::uint64_t>(),
-                       .seq = object.at("seq").get<std::uint64_t>(),
-                       .width = object.at("width").get<int>(),
-                       .height = object.at("height").get<int>(),
-                       .format = object.at("format").get<std::string>(),
-                       .level = object.at("level").get<int>(),
-                       .final = object.at("final").get<bool>(),
-                       .complete = object.at("complete").get<bool>(),
-                       .pages = readPages(object),
-                       .scale = object.at("scale").get<double>(),
-                       .samples = object.at("samples").get<int>(),
-                       .gpu_ms = object.at("gpu_ms").get<double>(),
-                       .encode_ms = object.at("encode_ms").get<double>(),
-                       .dropped = object.at("dropped").get<std::uint64_t>()},
-            .image = message.subspan(4 + length)};
+    return {
+        .header = {.id = object.at("id").get<std::uint64_t>(),
+                   .seq = object.at("seq").get<std::uint64_t>(),
+                   .width = object.at("width").get<int>(),
+                   .height = object.at("height").get<int>(),
+                   .format = object.at("format").get<std::string>(),
+                   .level = object.at("level").get<int>(),
+                   .final = object.at("final").get<bool>(),
+                   .complete = object.at("complete").get<bool>(),
+                   .pages = readPages(object),
+                   .scale = object.at("scale").get<double>(),
+                   .samples = object.at("samples").get<int>(),
+                   .gpu_ms = object.at("gpu_ms").get<double>(),
+                   .encode_ms = object.at("encode_ms").get<double>(),
+                   .dropped = object.at("dropped").get<std::uint64_t>(),
+                   .drawn_pixels = object.at("drawn_pixels").get<std::uint64_t>(),
+                   .reasons = object.contains("reasons") ? readReasons(object.at("reasons")) : std::vector<Reason>()},
+        .image = message.subspan(4 + length)};
   } catch (const json::exception&) {
     failData("frame: a member of the header is missing or has another type");
   }

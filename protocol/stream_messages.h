@@ -19,8 +19,8 @@
 namespace blockwalk {
 
 constexpr std::string_view kStreamProtocol = "blockwalk.v1";
-constexpr std::uint64_t kMaxMessageId = std::uint64_t{1} << 53;  // what a JavaScript number holds exactly
-constexpr std::size_t kMaxMessageBytes = std::size_t{64} << 10;
+constexpr std::uint64_t kMaxMessageId = std::uint64_t{1} << 53;   // what a JavaScript number holds exactly
+constexpr std::size_t kMaxMessageBytes = std::size_t{256} << 10;  // any view fits, with all points of all channels
 constexpr double kMinFps = 1;
 constexpr double kMaxFps = 120;
 constexpr std::uint64_t kMinBytesPerSecond = 1024;
@@ -87,7 +87,9 @@ struct FrameHeader {
   int samples = 1;                    // a pixel, that this frame shows
   double gpu_ms = 0;                  // of all samples that it shows
   double encode_ms = 0;
-  std::uint64_t dropped = 0;  // views that no frame showed, so far
+  std::uint64_t dropped = 0;       // views that no frame showed, so far
+  std::uint64_t drawn_pixels = 0;  // that are not background alone
+  std::vector<Reason> reasons{};   // why none is; empty where some are
   bool operator==(const FrameHeader&) const = default;
 };
 // All before the image, so that the image need not be copied.

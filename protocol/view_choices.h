@@ -19,12 +19,21 @@ struct Choice {
 template <typename Value>
 Choice(std::string_view, Value) -> Choice<Value>;
 
-inline constexpr std::array kModeChoices = {Choice{"blend", Mode::blend}, Choice{"first-hit", Mode::first_hit},
-                                            Choice{"mip", Mode::mip},     Choice{"mean", Mode::mean},
-                                            Choice{"iso", Mode::iso},     Choice{"blocks", Mode::blocks}};
+inline constexpr std::array kModeChoices = {Choice{"blend", Mode::blend},
+                                            Choice{"first-hit", Mode::first_hit},
+                                            Choice{"mip", Mode::mip},
+                                            Choice{"minip", Mode::minip},
+                                            Choice{"attenuated-mip", Mode::attenuated_mip},
+                                            Choice{"mean", Mode::mean},
+                                            Choice{"iso", Mode::iso},
+                                            Choice{"blocks", Mode::blocks}};
 inline constexpr std::array kFilterChoices = {Choice{"nearest", Filter::nearest}, Choice{"linear", Filter::linear}};
 inline constexpr std::array kClassificationChoices = {Choice{"post", Classification::post},
                                                       Choice{"pre-integrated", Classification::pre_integrated}};
+inline constexpr std::array kRequestsChoices = {Choice{"file", Requests::file}, Choice{"shells", Requests::shells},
+                                                Choice{"transmittance", Requests::transmittance}};
+inline constexpr std::array kStandInChoices = {Choice{"auto", StandIn::automatic}, Choice{"mean", StandIn::mean},
+                                               Choice{"maximum", StandIn::maximum}};
 inline constexpr std::array kTransferShapeChoices = {Choice{"linear", TransferShape::linear},
                                                      Choice{"stepped", TransferShape::stepped}};
 inline constexpr std::array kTransferPresetChoices = {Choice{"auto", TransferPreset::automatic},
@@ -43,7 +52,8 @@ inline constexpr std::array kMacrocellChoices = {Choice{"auto", kAutoMacrocell},
                                                  Choice{"32", 32}};
 inline constexpr std::array kOutputChoices = {Choice{"color", Output::color},       Choice{"depth", Output::depth},
                                               Choice{"position", Output::position}, Choice{"cost", Output::cost},
-                                              Choice{"queries", Output::queries},   Choice{"mesh", Output::mesh}};
+                                              Choice{"queries", Output::queries},   Choice{"mesh", Output::mesh},
+                                              Choice{"value", Output::value}};
 inline constexpr std::array kFormatChoices = {Choice{"png", ImageFormat::png}, Choice{"jpeg", ImageFormat::jpeg},
                                               Choice{"webp", ImageFormat::webp}, Choice{"raw", ImageFormat::raw}};
 

@@ -111,6 +111,20 @@ void parseExtinction(ImageRequest& request, Text text) {
   request.view.extinction = extinction;
 }
 
+void parseAttenuation(ImageRequest& request, Text text) {
+  const double attenuation = parseNumber("attenuation", text);
+  if (attenuation < 0 || attenuation > kMaxAttenuation) {
+    failValue("attenuation", fmt::format("must be from 0 to {}", kMaxAttenuation), text);
+  }
+  request.view.attenuation = attenuation;
+}
+
+void setFocus(ImageRequest& request, Text text) {
+  const double focus = text == "auto" ? kAtTarget : parseNumber("focus", text);
+  if (text != "auto" && !(focus > 0)) failValue("focus", "must be greater than 0, or auto", text);
+  request.view.focus = focus;
+}
+
 // "auto" (or "none") takes an optional member back to what resolveView() chooses.
 template <typename Member, typename Parse>
 void setOptional(Member& member, Text text, Text absent, Parse parse) {
@@ -123,15 +137,16 @@ void setOptional(Member& member, Text text, Text absent, Parse parse) {
 
 constexpr std::array kFields = {
     ViewField{"size", "WxH", "image size in pixels, 1..8192 each (1024x768)", parseSize},
-    ViewField{"eye", "x,y,z", "world position of the eye (auto: the volume framed from (1, 0.8, 1.2))",
+    ViewField{"eye", "x,y,z",
+              "world position of the eye (auto: what is not empty framed from (1, 0.8, 1.2), patients from the front)",
               [](ImageRequest& request, Text text) {
                 setOptional(request.view.eye, text, "auto", [](Text t) { return parseVector("eye", t); });
               }},
-    ViewField{"target", "x,y,z", "world position looked at (auto: the volume's centre)",
+    ViewField{"target", "x,y,z", "world position looked at (auto: the middle of what is not empty)",
               [](ImageRequest& request, Text text) {
                 setOptional(request.view.target, text, "auto", [](Text t) { return parseVector("target", t); });
               }},
-    ViewField{"up", "x,y,z", "world direction that is up (auto: +y)",
+    ViewField{"up", "x,y,z", "world direction that is up (auto: +y, of patients towards the head)",
               [](ImageRequest& request, Text text) {
                 setOptional(request.view.up, text, "auto", [](Text t) { return parseVector("up", t); });
               }},
@@ -143,7 +158,7 @@ constexpr std::array kFields = {
               }},
     ViewField{"range", "lo:hi[;...]",
               "density range, inclusive, data units; one a channel (auto: the channel's non-empty range)", parseRanges},
-    ViewField{"mode", "MODE", "blend, first-hit, mip, mean, iso or blocks (blend)",
+    ViewField{"mode", "MODE", "blend, first-hit, mip, minip, attenuated-mip, mean, iso or blocks (blend)",
               [](ImageRequest& request, Text text) { request.view.mode = parseChoice("mode", text, kModeChoices); }},
     ViewField{
         "filter", "FILTER", "interpolation between voxels: nearest or linear (nearest)",
@@ -156,6 +171,9 @@ constexpr std::array kFields = {
               }},
     ViewField{"extinction", "SIGMA", "rgba8: extinction per unit distance at full density, 0..1e12 (0.2)",
               parseExtinction},
+    ViewField{"attenuation", "A",
+              "mode attenuated-mip: attenuation per unit distance at the range's upper end, 0..1000 (0.05)",
+              parseAttenuation},
     ViewField{"tf", "value:rrggbb:opacity,...|PRESET[;...]",
               "scalars: transfer function, ascending, or grey, viridis, cividis, inferno, ct-bone, ct-soft-tissue, "
               "angiography; one a channel (auto: from the histogram)",
@@ -168,6 +186,22 @@ constexpr std::array kFields = {
               "mode blend: a ray with less transmittance left stops, 0..0.5 (1/1024 = 0.0009765625)", parseTermination},
     ViewField{"lit", "on|off", "gradient shading (off)",
               [](ImageRequest& request, Text text) { request.view.lit = parseSwitch("lit", text); }},
+    ViewField{"light", "A,H,K,S",
+              "lit: strengths of ambient, head and key light and of the highlight (0.3,0.4,0.3,0.2)",
+              [](ImageRequest& request, Text text) { request.view.lights = parseLights("light", text); }},
+    ViewField{"key-light", "x,y,z", "lit: direction to the key light: right, up, towards the eye (-1,1,1)",
+              [](ImageRequest& request, Text text) { request.view.key_light = parseVector("key-light", text); }},
+    ViewField{"shadow", "on|off", "lit: the key light comes through the volume; blend, first-hit, iso (off)",
+              [](ImageRequest& request, Text text) { request.view.shadow = parseSwitch("shadow", text); }},
+    ViewField{"occlusion", "REACH|off",
+              "lit: within so many unit distances something takes the ambient light away (off)",
+              [](ImageRequest& request, Text text) {
+                request.view.occlusion = text == "off" ? 0 : parseNumber("occlusion", text);
+              }},
+    ViewField{"aperture", "RADIUS", "radius of the lens, world; perspective, of several samples (0)",
+              [](ImageRequest& request, Text text) { request.view.aperture = parseNumber("aperture", text); }},
+    ViewField{"focus", "DISTANCE|auto", "distance before the eye of what is sharp, world (auto: the target's)",
+              [](ImageRequest& request, Text text) { setFocus(request, text); }},
     ViewField{"iso", "VALUE", "mode iso: the surface's value, data units (auto: middle of the range)",
               [](ImageRequest& request, Text text) {
                 setOptional(request.view.iso, text, "auto", [](Text t) { return parseNumber("iso", t); });
@@ -184,11 +218,25 @@ constexpr std::array kFields = {
               [](ImageRequest& request, Text text) {
                 request.view.level = text == "auto" ? kAutoLevel : parseInteger("level", text, 0, kMaxLevels - 1);
               }},
+    ViewField{
+        "time", "N", "step in time of a volume that has several, counted from 0 (0)",
+        [](ImageRequest& request, Text text) { request.view.time = parseInteger("time", text, 0, kMaxSteps - 1); }},
     ViewField{"lod", "N|off",
               "level auto: farther parts of coarser levels, of whose voxels a pixel covers N in a row, 1..64 (2)",
               parseLod},
     ViewField{"lod-alpha", "0..1", "the same, mode blend: how much coarser is what lies behind an opacity (0)",
               parseLodAlpha},
+    ViewField{"requests", "ORDER",
+              "of a moving view, what is read first of what it lacks: by file, shells (nearest first) or transmittance "
+              "(file)",
+              [](ImageRequest& request, Text text) {
+                request.view.requests = parseChoice("requests", text, kRequestsChoices);
+              }},
+    ViewField{"stand-in", "VALUES",
+              "of a moving view, what stands in for voxels that it lacks: mean, maximum, or auto: by the mode (auto)",
+              [](ImageRequest& request, Text text) {
+                request.view.stand_in = parseChoice("stand-in", text, kStandInChoices);
+              }},
     ViewField{"background", "rrggbb[aa]", "colour behind the volume (000000)",
               [](ImageRequest& request, Text text) { request.view.background = parseColor("background", text); }},
     ViewField{
@@ -203,7 +251,7 @@ constexpr std::array kFields = {
     ViewField{"cull", "on|off", "skip what masks and ranges exclude (on)",
               [](ImageRequest& request, Text text) { request.view.cull = parseSwitch("cull", text); }},
     ViewField{
-        "output", "OUTPUT", "what a pixel holds: color, depth, position, cost, queries or mesh (color)",
+        "output", "OUTPUT", "what a pixel holds: color, depth, position, value, cost, queries or mesh (color)",
         [](ImageRequest& request, Text text) { request.view.output = parseChoice("output", text, kOutputChoices); }},
     ViewField{
         "samples", "1..256", "rays a pixel, averaged (1)",

@@ -65,18 +65,28 @@ void addVolume(QueryWriter& query, const View& view) {
     query.add("classification", choiceName(view.classification, kClassificationChoices));
   }
   if (view.extinction != plain.extinction) query.add("extinction", numberText(view.extinction));
+  if (view.attenuation != plain.attenuation) query.add("attenuation", numberText(view.attenuation));
   addChannels(query, "tf", view, transferItem);
   if (view.transfer_shape != plain.transfer_shape) {
     query.add("tf-shape", choiceName(view.transfer_shape, kTransferShapeChoices));
   }
   if (view.termination != plain.termination) query.add("termination", numberText(view.termination));
   if (view.lit) query.add("lit", "on");
+  if (view.lights != plain.lights) query.add("light", lightsText(view.lights));
+  if (view.key_light != plain.key_light) query.add("key-light", vectorText(view.key_light));
+  if (view.shadow) query.add("shadow", "on");
+  if (view.occlusion != plain.occlusion) query.add("occlusion", numberText(view.occlusion));
+  if (view.aperture != plain.aperture) query.add("aperture", numberText(view.aperture));
+  if (view.focus != plain.focus) query.add("focus", numberText(view.focus));
   if (view.iso) query.add("iso", numberText(*view.iso));
   if (view.clip) query.add("clip", vectorText(view.clip->min) + "," + vectorText(view.clip->max));
   if (!view.planes.empty()) query.add("planes", planesText(view.planes));
   if (view.level != kAutoLevel) query.add("level", std::to_string(view.level));
+  if (view.time != plain.time) query.add("time", std::to_string(view.time));
   if (view.lod != plain.lod) query.add("lod", view.lod == kOneLevel ? "off" : numberText(view.lod));
   if (view.lod_alpha != plain.lod_alpha) query.add("lod-alpha", numberText(view.lod_alpha));
+  if (view.requests != plain.requests) query.add("requests", choiceName(view.requests, kRequestsChoices));
+  if (view.stand_in != plain.stand_in) query.add("stand-in", choiceName(view.stand_in, kStandInChoices));
   if (view.background != plain.background) query.add("background", colorText(view.background));
 }
 

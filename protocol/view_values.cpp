@@ -101,6 +101,14 @@ glm::dvec3 parseVector(std::string_view field, std::string_view text) {
   return {parseNumber(field, parts[0]), parseNumber(field, parts[1]), parseNumber(field, parts[2])};
 }
 
+Lights parseLights(std::string_view field, std::string_view text) {
+  const auto parts = splitParts(field, text, ',', 4, 4, "four numbers ambient,head,key,highlight");
+  return {.ambient = parseNumber(field, parts[0]),
+          .head = parseNumber(field, parts[1]),
+          .key = parseNumber(field, parts[2]),
+          .highlight = parseNumber(field, parts[3])};
+}
+
 DensityRange parseRange(std::string_view field, std::string_view text) {
   const auto parts = splitParts(field, text, ':', 2, 2, "lo:hi");
   const DensityRange range{parseNumber(field, parts[0]), parseNumber(field, parts[1])};
@@ -145,7 +153,7 @@ std::array<std::uint8_t, 4> parseColor(std::string_view field, std::string_view 
 }
 
 std::vector<TransferPoint> parseTransfer(std::string_view field, std::string_view text) {
-  constexpr std::string_view kForm = "1 to 256 points value:rrggbb:opacity, comma separated";
+  constexpr std::string_view kForm = "1 to 1024 points value:rrggbb:opacity, comma separated";
   std::vector<TransferPoint> points;
   for (std::string_view part : splitParts(field, text, ',', 1, kMaxTransferPoints, kForm)) {
     const auto members = splitParts(field, part, ':', 3, 3, kForm);
@@ -174,6 +182,10 @@ std::string channelsText(const std::vector<int>& channels) { return fmt::format(
 
 std::string vectorText(const glm::dvec3& value) {
   return numberText(value.x) + "," + numberText(value.y) + "," + numberText(value.z);
+}
+
+std::string lightsText(const Lights& lights) {
+  return vectorText({lights.ambient, lights.head, lights.key}) + "," + numberText(lights.highlight);
 }
 
 std::string planesText(const std::vector<ClipPlane>& planes) {

@@ -15,7 +15,7 @@
 
 namespace blockwalk {
 
-constexpr std::size_t kMaxTransferPoints = 256;
+constexpr std::size_t kMaxTransferPoints = 1024;
 
 // Throws ViewError("field", "field: detail, not 'text'"); the text is shortened and made printable.
 [[noreturn]] void failValue(std::string_view field, std::string_view detail, std::string_view text);
@@ -30,6 +30,7 @@ bool parseSwitch(std::string_view field, std::string_view text);  // on, off
 std::vector<std::string_view> splitChannels(std::string_view field, std::string_view text);
 std::vector<int> parseChannels(std::string_view field, std::string_view text);  // 0,2: no repeats
 glm::dvec3 parseVector(std::string_view field, std::string_view text);
+Lights parseLights(std::string_view field, std::string_view text);                      // ambient,head,key,highlight
 DensityRange parseRange(std::string_view field, std::string_view text);                 // lo:hi
 ClipBox parseClip(std::string_view field, std::string_view text);                       // x0,y0,z0,x1,y1,z1
 std::vector<ClipPlane> parsePlanes(std::string_view field, std::string_view text);      // nx,ny,nz,d;...
@@ -40,6 +41,7 @@ std::string numberText(double value);
 std::string rangeText(const DensityRange& range);
 std::string channelsText(const std::vector<int>& channels);
 std::string vectorText(const glm::dvec3& value);
+std::string lightsText(const Lights& lights);
 std::string planesText(const std::vector<ClipPlane>& planes);
 std::string colorText(const std::array<std::uint8_t, 4>& color);
 std::string transferText(const std::vector<TransferPoint>& points);

@@ -17,6 +17,8 @@ using nlohmann::json;
 
 json vectorJson(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
 
+json boxJson(const VoxelBox& box) { return {box.begin.x, box.begin.y, box.begin.z, box.end.x, box.end.y, box.end.z}; }
+
 json transformJson(const glm::dmat4& transform) {
   json rows = json::array();
   for (int row = 0; row < 3; ++row) {
@@ -140,10 +142,12 @@ json volumeJson(const VolumeInfo& info, std::uint64_t file_bytes) {
                  {"spacing", std::move(spacing)},
                  {"world_from_index", transformJson(info.world_from_index)},
                  {"world_box", {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}},
+                 {"nonempty_box", boxJson(nonemptyBox(info))},
                  {"unit_distance", unitDistance(info)},
                  {"subblock_side", info.subblock_side},
                  {"block_side", info.block_side},
                  {"levels", levelsJson(info)},
+                 {"steps", info.steps},
                  {"stored_bytes", storedBytes(info)},
                  {"dense_bytes", voxelCount(info) * voxelBytes(info.type) * info.channels.size()},
                  {"file_bytes", file_bytes},

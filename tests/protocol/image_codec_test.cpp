@@ -260,6 +260,12 @@ TEST(ImageCodec, NumbersInWebpAreThePicturesOfThem) {
             (std::vector<std::uint32_t>{0xff8000ffu, 0}));
 }
 
+TEST(ImageCodec, ValueIsGreyOverTheRange) {
+  const Frame frame = valuesFrame(Output::value, 5, 1, {2, 6, kNan, 1, 7});
+  EXPECT_EQ(decodeWebp(encodeImage(frame, ImageFormat::webp, 100)).pixels,
+            (std::vector<std::uint32_t>{0xff000000u, 0xffffffffu, 0xff000000u, 0xff000000u, 0xffffffffu}));
+}
+
 TEST(ImageCodec, PositionIsColoredByTheBoxAndClearWhereThereIsNothing) {
   const Frame frame = valuesFrame(Output::position, 2, 1, {6, -1, 2, kNan, kNan, kNan});
   const DecodedPng decoded = decodePng(encodeImage(frame, ImageFormat::png, 85));
@@ -281,8 +287,11 @@ TEST(ImageCodec, QueriesAreColoredAsCostOnAScaleOfTheirOwn) {
 }
 
 TEST(ImageCodec, RawValuesAreFloats) {
-  for (const auto& [output, channels] :
-       {std::pair{Output::depth, 1}, {Output::position, 3}, {Output::cost, 1}, {Output::queries, 1}}) {
+  for (const auto& [output, channels] : {std::pair{Output::depth, 1},
+                                         {Output::position, 3},
+                                         {Output::value, 1},
+                                         {Output::cost, 1},
+                                         {Output::queries, 1}}) {
     const Frame frame = valuesFrame(output, 2, 1, std::vector<float>(static_cast<std::size_t>(2 * channels), 0.1F));
     const auto bytes = encodeImage(frame, ImageFormat::raw, 85);
     ASSERT_EQ(bytes.size(), frame.values.size() * 4);

@@ -7,6 +7,8 @@
 #include <nlohmann/json.hpp>
 
 #include "protocol/json_text.h"
+#include "protocol/view_fields.h"
+#include "protocol/view_values.h"
 
 namespace blockwalk {
 namespace {
@@ -75,6 +77,33 @@ const BadMessage kBadMessages[] = {
 };
 INSTANTIATE_TEST_SUITE_P(Table, BadMessages, testing::ValuesIn(kBadMessages));
 
+// All points of all channels, with as many digits as a number has; what is more is told by its name.
+TEST(ClientMessages, HoldTheLongestFunctions) {
+  const auto message = [](int count) {
+    json functions = json::array();
+    for (int channel = 0; channel < kMaxChannels; ++channel) {
+      std::vector<TransferPoint> points;
+      for (int i = 0; i < count; ++i) {
+        points.push_back({.value = -1.2345678901234567e308 + i * 1.0000000000000002e304,
+                          .color = glm::dvec3(1),
+                          .opacity = 1.2345678901234567e-101 * (i + 1)});
+      }
+      functions.push_back(transferText(points));
+    }
+    return json{{"type", "view"}, {"id", 1}, {"tf", functions}}.dump();
+  };
+  ImageRequest request;
+  setViewFields(request, std::get<ViewMessage>(parseClientMessage(message(kMaxTransferPoints))).members);
+  EXPECT_EQ(request.view.channels[3].transfer.size(), kMaxTransferPoints);
+  try {
+    setViewFields(request, std::get<ViewMessage>(parseClientMessage(message(kMaxTransferPoints + 1))).members);
+    ADD_FAILURE() << "too many points are taken";
+  } catch (const ViewError& error) {
+    EXPECT_EQ(error.field, "tf");
+    EXPECT_THAT(error.what(), testing::HasSubstr("1 to 1024 points"));
+  }
+}
+
 TEST(ServerMessages, HaveTheirMembers) {
   const json hello = parseJson(helloMessage(R"({"id":"rock"})", {.frames_in_flight = 3, .fps = 30}));
   EXPECT_EQ(hello["type"], "hello");
@@ -86,9 +115,10 @@ TEST(ServerMessages, HaveTheirMembers) {
                                  "status":400,"detail":"d","field":"eye"}})"));
   EXPECT_FALSE(parseJson(errorMessage({.status = 400, .detail = "d", .field = ""}, {})).contains("id"));
   EXPECT_EQ(parseJson(pongMessage(2.5)), parseJson(R"({"type":"pong","t":2.5})"));
-  const json stats = parseJson(statsMessage(3, 4, {.gpu_ms = 2, .finder = "grid", .kernel = "k"}));
+  const json stats = parseJson(statsMessage(3, 4, {.gpu_ms = 2, .finder = "grid", .kernel = "k", .drawn_pixels = 5}));
   EXPECT_EQ(stats["stats"]["finder"], "grid");
-  EXPECT_EQ(stats["stats"].size(), 14u);  // the interface's list
+  EXPECT_EQ(stats["stats"]["drawn_pixels"], 5);
+  EXPECT_EQ(stats["stats"].size(), 15u);  // the interface's list
   RenderStats built;
   built.finder_build.rebuilt = true;
   built.finder_build.macrocell_voxels = 16;
@@ -113,7 +143,8 @@ FrameHeader sampleHeader() {
           .samples = 16,
           .gpu_ms = 1.25,
           .encode_ms = 0.5,
-          .dropped = 3};
+          .dropped = 3,
+          .drawn_pixels = 8};
 }
 
 TEST(Frames, AreReadBack) {
@@ -131,12 +162,27 @@ TEST(Frames, SayWhatCameAndWent) {
   EXPECT_EQ(parseFrameMessage(frameMessage(header, {})).header, header);
 }
 
+TEST(Frames, SayWhyTheyAreEmpty) {
+  FrameHeader header = sampleHeader();
+  header.drawn_pixels = 0;
+  header.reasons = {{.name = "range", .detail = "none", .change = {{.member = "range", .value = "auto"}}},
+                    {.name = "extinction", .detail = "0", .change = {{.member = "extinction", .value = 0.2}}}};
+  const auto message = frameMessage(header, {});
+  EXPECT_EQ(parseFrameMessage(message).header, header);
+  const std::string text(reinterpret_cast<const char*>(message.data()) + 4, message.size() - 4);
+  EXPECT_EQ(json::parse(text).at("reasons"), json::parse(R"([
+    {"reason": "range", "detail": "none", "change": {"range": "auto"}},
+    {"reason": "extinction", "detail": "0", "change": {"extinction": 0.2}}])"));
+  header.reasons.clear();
+  EXPECT_EQ(parseFrameMessage(frameMessage(header, {})).header, header);
+}
+
 TEST(Frames, HaveGoldenBytes) {
   const std::vector<std::byte> image{std::byte{0xff}};
   const auto message = frameMessage(sampleHeader(), image);
   const std::string expected =
-      std::string("\x9f\0\0\0", 4) +
-      R"({"complete":true,"dropped":3,"encode_ms":0.5,"final":true,"format":"jpeg","gpu_ms":1.25,"height":2,)"
+      std::string("\xb0\0\0\0", 4) +
+      R"({"complete":true,"drawn_pixels":8,"dropped":3,"encode_ms":0.5,"final":true,"format":"jpeg","gpu_ms":1.25,"height":2,)"
       R"("id":7,"level":1,"samples":16,"scale":0.5,"seq":9,"width":4})" +
       "\xff";
   EXPECT_EQ(std::string(reinterpret_cast<const char*>(message.data()), message.size()), expected);

@@ -41,6 +41,7 @@ TEST(VolumeJson, SpeaksInDataUnitsAndWorldSpace) {
   EXPECT_EQ(object["spacing"], nlohmann::json({0.5, 0.5, 0.5}));
   EXPECT_EQ(object["world_from_index"][2], nlohmann::json({0.0, 0.0, 0.5, 3.0}));
   EXPECT_EQ(object["world_box"], nlohmann::json({1.0, 2.0, 3.0, 51.0, 27.0, 13.0}));
+  EXPECT_EQ(object["nonempty_box"], nlohmann::json({0, 0, 0, 100, 50, 20})) << "all of it where all is empty";
   EXPECT_EQ(object["unit_distance"], 0.5);
   EXPECT_EQ(object["density_range"], nlohmann::json({-980.0, 0.0}));
   EXPECT_EQ(object["bin_cuts"][6], -986.0);
@@ -109,6 +110,14 @@ TEST(VolumeJson, DefaultViewIsAViewOfThisVolume) {
   EXPECT_EQ(request.view.eye, expected.camera.eye);
   EXPECT_EQ(request.view.channels[0].range, expected.channels[0].range);
   EXPECT_FALSE(request.view.channels[0].transfer.empty());
+}
+
+TEST(VolumeJson, TellsWhereItHoldsSomething) {
+  VolumeInfo info = sampleInfo();
+  info.nonempty = {.begin = {8, 16, 0}, .end = {24, 40, 20}};
+  const nlohmann::json object = volumeJson(info, 1);
+  EXPECT_EQ(object["nonempty_box"], nlohmann::json({8, 16, 0, 24, 40, 20}));
+  EXPECT_EQ(object["default_view"]["target"], nlohmann::json({9.0, 16.0, 8.0}));
 }
 
 TEST(VolumeJson, DefaultViewHasAnItemForEachChannel) {
