@@ -23,7 +23,10 @@ double BandCutter::expectedMsPerPixel() const {
   return total_pixels_ > 0 ? total_ms_ / total_pixels_ : *ms_per_pixel_;
 }
 
-BandCutter::BandCutter(const BandLimits& limits) : limits_(limits), ms_per_pixel_(limits.ms_per_pixel) { cutRows(); }
+BandCutter::BandCutter(const BandLimits& limits) : limits_(limits), ms_per_pixel_(limits.ms_per_pixel) {
+  band_.row_begin = limits.row_begin;
+  cutRows();
+}
 
 void BandCutter::cutRows() {
   const auto width = static_cast<std::size_t>(limits_.width);
@@ -37,7 +40,7 @@ void BandCutter::cutRows() {
   // A cheap band of sky must not make the next one long.
   if (last_rows_ > 0) rows = std::min(rows, kMostGrowth * last_rows_);
   band_.row_count = std::min({rows, most_rows, most_rows_, limits_.height - band_.row_begin});
-  band_.column_begin = 0;
+  band_.column_begin = limits_.column_begin;
   last_columns_ = 0;
   slowest_of_rows_ = 0;
   cutColumns();
@@ -63,7 +66,7 @@ void BandCutter::cutColumns() {
 }
 
 void BandCutter::endAt(int row) {
-  const bool has_begun = band_.column_begin > 0 || band_.sample_begin > limits_.sample_begin;
+  const bool has_begun = band_.column_begin > limits_.column_begin || band_.sample_begin > limits_.sample_begin;
   if (!has_begun && row > band_.row_begin) band_.row_count = std::min(band_.row_count, row - band_.row_begin);
 }
 

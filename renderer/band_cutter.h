@@ -19,6 +19,8 @@ constexpr std::size_t kMaxBandPixels = std::size_t{1} << 20;  // sums of them ar
 struct BandLimits {
   int width = 0;
   int height = 0;
+  int column_begin = 0;  // of a workgroup, and a row: nothing before them is drawn
+  int row_begin = 0;
   int sample_begin = 0;
   int sample_end = 1;
   double band_ms = 25;

@@ -13,6 +13,9 @@ namespace {
 constexpr double kSoftwareFloor = 5e-4;
 constexpr double kHardwareFloor = 1e-5;
 
+// Of the budget, for the records of one level.
+constexpr std::uint64_t kRecordShare = 16;
+
 constexpr Finder kQueryOrGrid[] = {Finder::query, Finder::grid};
 
 }  // namespace
@@ -20,12 +23,13 @@ constexpr Finder kQueryOrGrid[] = {Finder::query, Finder::grid};
 // Of an order: the small pictures that measure the finders, if they are to be measured, and then its own.
 class FrameRenderer::OrderedFrame final : public FrameInProgress {
  public:
-  OrderedFrame(FrameRenderer& renderer, const VulkanVolume& volume, FrameOrder order)
-      : renderer_(renderer), volume_(volume), order_(std::move(order)) {
+  OrderedFrame(FrameRenderer& renderer, std::shared_ptr<const VulkanStep> volume, FrameOrder order)
+      : renderer_(renderer), shared_(std::move(volume)), volume_(*shared_), order_(std::move(order)) {
     Plan plan = planOf(order_);
-    const bool measures = !plan.is_blank && canUse(Finder::grid, volume.info(), plan.level) &&
+    const bool measures = !plan.is_blank && plan.window == BlockWindow{} &&
+                          canUse(Finder::grid, volume_.info(), plan.level) &&
                           blocksOf(plan) <= renderer.device_.maxInstances() && renderer.shouldProbe(order_) &&
-                          renderer.finders_.beginTrial(volume.serial());
+                          renderer.finders_.beginTrial(volume_.family());
     if (measures) {
       trial_.emplace(kQueryOrGrid, kProbeRounds);
       small_ = {.view = order_.view,
@@ -42,7 +46,7 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
     }
   }
   ~OrderedFrame() override {
-    if (trial_) renderer_.finders_.abandonTrial(volume_.serial());
+    if (trial_) renderer_.finders_.abandonTrial(volume_.family());
   }
   OrderedFrame(const OrderedFrame&) = delete;
   OrderedFrame& operator=(const OrderedFrame&) = delete;
@@ -58,7 +62,7 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
  private:
   std::uint64_t blocksOf(const Plan& plan) const { return volume_.info().level(plan.level, plan.form).block_count; }
   Plan planOf(const FrameOrder& order) const {
-    Plan made = plan(order.view, volume_.info(), renderer_.traits(volume_.serial()), order.count, order.probe);
+    Plan made = plan(order.view, volume_.info(), renderer_.traits(volume_), order.count, order.probe);
     if (order.general || order.specialised) {
       made.kernel = order.general ? KernelWish::general : KernelWish::specialised;
     }
@@ -68,6 +72,7 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
     probe_.reset();
     trial_.reset();
     frame_ = std::make_unique<PlannedFrame>(renderer_.tools_, volume_, std::move(plan), order_);
+    frame_->tellShortage(renderer_.room_.shortage(volume_.serial()));
   }
   // What finds no room needs less when it is planned anew, or is refused.
   bool advanceFrame() {
@@ -85,7 +90,6 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
 
   // A piece of the trial, with a small picture of the first view that leaves the finder to us and shows something.
   void measure() {
-    const std::uint64_t volume = volume_.serial();
     try {
       if (probe_ == nullptr) {
         small_.view.finder = *trial_->next();
@@ -95,12 +99,12 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
       const Frame frame = probe_->take();
       probe_.reset();
       if (frame.cancelled) {
-        renderer_.finders_.abandonTrial(volume);
+        renderer_.finders_.abandonTrial(volume_.family());
         return start(planOf(order_));  // which ends as this did
       }
       trial_->took(frame.stats.gpu_ms);
       if (trial_->next()) return;
-      renderer_.settle(volume, trial_->fastest());
+      renderer_.settle(volume_, trial_->fastest());
     } catch (const DeviceLost&) {
       throw;
     } catch (const DeviceError& error) {
@@ -114,11 +118,12 @@ class FrameRenderer::OrderedFrame final : public FrameInProgress {
     renderer_.device_.note(
         fmt::format("finder auto: query and grid could not be compared ({}); the grid serves", reason));
     probe_.reset();
-    renderer_.settle(volume_.serial(), Finder::grid);
+    renderer_.settle(volume_, Finder::grid);
   }
 
   FrameRenderer& renderer_;
-  const VulkanVolume& volume_;
+  std::shared_ptr<const VulkanStep> shared_;  // else it could give way to other steps meanwhile
+  const VulkanStep& volume_;
   FrameOrder order_;
   std::optional<FinderTrial> trial_;
   FrameOrder small_;  // of the trial
@@ -141,7 +146,8 @@ FrameRenderer::FrameRenderer(Device& device, const DeviceOptions& options)
              .kept_sums = KeptSums(device, tools_.residency, options.kept_sum_bytes),
              .buffers = FrameBufferPool(device),
              .times = BandTimes(device.isSoftware() ? kSoftwareFloor : kHardwareFloor)},
-      room_(options.page_bytes.value_or(device.info().memory_budget_bytes)) {
+      room_(options.page_bytes.value_or(device.info().memory_budget_bytes)),
+      record_room_(options.record_bytes.value_or(device.info().memory_budget_bytes / kRecordShare)) {
   device.onShortage([this](std::uint64_t bytes) { return reclaim(bytes); });
 }
 
@@ -152,31 +158,35 @@ std::unique_ptr<VulkanVolume> FrameRenderer::load(VolumeFile file) {
                                         [this](std::uint64_t volume) { forgetVolume(volume); });
 }
 
-std::unique_ptr<FrameInProgress> FrameRenderer::begin(const VulkanVolume& volume, FrameOrder order) {
+std::unique_ptr<FrameInProgress> FrameRenderer::begin(VulkanVolume& volume, FrameOrder order) {
   if (room_.hasGivenWay()) room_.reconsider(device_.freeBytes());
-  return std::make_unique<OrderedFrame>(*this, volume, std::move(order));
+  std::shared_ptr<const VulkanStep> step = volume.step(order.view.time);
+  return std::make_unique<OrderedFrame>(*this, std::move(step), std::move(order));
 }
 
-DeviceTraits FrameRenderer::traits(std::uint64_t volume) const {
+DeviceTraits FrameRenderer::traits(const VulkanStep& volume) const {
   return {.ray_query = device_.rayQuery(),
           .software = device_.isSoftware(),
           .max_instances = device_.maxInstances(),
-          .fastest = finders_.find(volume),
-          .page_above_bytes = room_.pageAboveBytes(volume),
+          .fastest = finders_.find(volume.family()),
+          .page_above_bytes = room_.pageAboveBytes(volume.serial()),
           .page_room_bytes = tools_.pages.mostBytes(),
-          .finest_level = room_.finestLevel(volume)};
+          .record_room_bytes = record_room_,
+          .most_window_cells = room_.mostWindowCells(volume.serial()),
+          .finest_level = room_.finestLevel(volume.serial())};
 }
 
 bool FrameRenderer::shouldProbe(const FrameOrder& order) const {
-  return order.view.finder == Finder::automatic && !order.prepare_only && device_.rayQuery() &&
+  return order.view.finder == Finder::automatic && !order.prepare_only && !order.ahead && device_.rayQuery() &&
          (!device_.isSoftware() || probe_software_);
 }
 
 // What the other one looked in goes; it is built again when a view asks for it.
-void FrameRenderer::settle(std::uint64_t volume, Finder fastest) {
-  finders_.settle(volume, fastest);
+void FrameRenderer::settle(const VulkanStep& volume, Finder fastest) {
+  finders_.settle(volume.family(), fastest);
   const Part other = fastest == Finder::grid ? Part::instances : Part::grid;
-  tools_.residency.drop([&](std::uint64_t of, const Need& need) { return of == volume && need.part == other; });
+  tools_.residency.drop(
+      [&](std::uint64_t of, const Need& need) { return of == volume.serial() && need.part == other; });
 }
 
 std::uint64_t FrameRenderer::reclaim(std::uint64_t bytes) {

@@ -19,16 +19,16 @@ class FrameRenderer {
 
   std::unique_ptr<VulkanVolume> load(VolumeFile file);
   // Throws ViewError where the device cannot do what is asked.
-  std::unique_ptr<FrameInProgress> begin(const VulkanVolume& volume, FrameOrder order);
+  std::unique_ptr<FrameInProgress> begin(VulkanVolume& volume, FrameOrder order);
 
   const Residency& residency() const { return tools_.residency; }
   void forget(std::uint64_t owner) { tools_.kept_sums.forget(owner); }
 
  private:
   class OrderedFrame;
-  DeviceTraits traits(std::uint64_t volume) const;
+  DeviceTraits traits(const VulkanStep& volume) const;
   bool shouldProbe(const FrameOrder& order) const;
-  void settle(std::uint64_t volume, Finder fastest);
+  void settle(const VulkanStep& volume, Finder fastest);
   std::uint64_t reclaim(std::uint64_t bytes);
   void forgetVolume(std::uint64_t volume);
 
@@ -38,6 +38,7 @@ class FrameRenderer {
   FrameTools tools_;
   FinderChoices finders_;
   LevelRoom room_;
+  std::uint64_t record_room_;
 };
 
 }  // namespace blockwalk

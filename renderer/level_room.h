@@ -5,12 +5,19 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <map>
 
 #include "renderer/plan/plan.h"
 #include "view/device_info.h"
 
 namespace blockwalk {
+
+// Bytes that a level needed, and that were free for it.
+struct LevelShortage {
+  std::uint64_t needed = 0;
+  std::uint64_t free = 0;
+};
 
 class LevelRoom {
  public:
@@ -19,6 +26,10 @@ class LevelRoom {
 
   std::uint64_t pageAboveBytes(std::uint64_t volume) const;
   int finestLevel(std::uint64_t volume) const;
+  // Of a level whose records are read by windows: a window of so many blocks found none.
+  std::uint64_t mostWindowCells(std::uint64_t volume) const;
+  // Of what found none last.
+  LevelShortage shortage(std::uint64_t volume) const;
 
   // Whether the plan, of which a part found no room, needs less when it is made anew. What fails though there is room,
   // as a device does now and then, is no reason.
@@ -33,7 +44,9 @@ class LevelRoom {
   struct Given {
     std::uint64_t page_above = 0;
     int finest = 0;
+    std::uint64_t window_cells = std::numeric_limits<std::uint64_t>::max();
     std::uint64_t largest = 0;  // voxels of what found no room
+    LevelShortage shortage{};
   };
 
   std::uint64_t page_above_;

@@ -4,6 +4,7 @@
 // for.
 #include <algorithm>
 #include <bit>
+#include <functional>
 #include <utility>
 
 #include "renderer/planned_frame.h"
@@ -13,9 +14,17 @@ namespace blockwalk {
 namespace {
 
 constexpr int kLookStride = 4;
-constexpr int kFewestRows = 64;  // to look ahead at
+constexpr int kLookStrideAhead = 2;  // of what may come, in pictures that are small as they move
+constexpr int kFewestRows = 64;      // to look ahead at
 constexpr int kMostLooks = 4;
 constexpr int kMostTriesAlone = 4;
+
+// For what is being read: so long nobody else has the device.
+constexpr std::chrono::milliseconds kNoPatience{0};
+constexpr std::chrono::milliseconds kPatience{5};
+constexpr std::chrono::milliseconds kPatienceAhead{1};
+// What pixels have shown that long ago may still be looked at.
+constexpr std::chrono::milliseconds kOfLate{1000};
 
 constexpr double kUnknownRays = 16384;  // where nothing is known of their time
 
@@ -113,54 +122,89 @@ void PlannedFrame::noteFailure() {
 // there is no room for all, some stays coarser, and which does not change from frame to frame.
 void PlannedFrame::bringForNext() {
   holdPages(begun_moment_);
-  for (const PagedPart& part : bound_.paged) bringInSome(*part.voxels, false);
+  bringInWhatIsRead();
   holdPages(std::nullopt);
 }
 
-std::span<const std::uint32_t> PlannedFrame::wantedBits(const PagedPart& part) const {
-  return buffers_.wanted.mappedAs<std::uint32_t>().subspan(part.first_word, wordsOfBits(part.voxels->blockCount()));
+// And has more of it read.
+void PlannedFrame::bringInWhatIsRead() {
+  for (const PagedPart& part : bound_.paged) bringInSome(*part.voxels, kNoPatience);
+}
+
+std::span<const std::uint32_t> PlannedFrame::wantedBits(const PagedPart& part) const { return wantedBits(part, 0); }
+
+std::span<const std::uint32_t> PlannedFrame::wantedBits(const PagedPart& part, std::uint32_t rank) const {
+  const std::uint32_t begin = part.first_word + rank * bound_.data.params.rank_words;
+  return buffers_.wanted.mappedAs<std::uint32_t>().subspan(begin, wordsOfBits(part.voxels->blockCount()));
+}
+
+std::vector<std::uint32_t> PlannedFrame::anyRank(const PagedPart& part) const {
+  std::vector<std::uint32_t> any(wordsOfBits(part.voxels->blockCount()));
+  for (std::uint32_t rank = 0; rank < gpu::kRequestRanks; ++rank) {
+    std::ranges::transform(any, wantedBits(part, rank), any.begin(), std::bit_or<>());
+  }
+  return any;
+}
+
+// The least that a ray has given each.
+void PlannedFrame::sortByRank(const PagedPart& part, std::vector<std::uint32_t>& blocks) const {
+  std::ranges::stable_sort(blocks, {}, [&](std::uint32_t block) {
+    std::uint32_t rank = 0;
+    while ((wantedBits(part, rank)[block / 32] >> block % 32 & 1) == 0) ++rank;
+    return rank;
+  });
+}
+
+// What may give way for what it lacks.
+PagePool::Sweep PlannedFrame::sweep() const {
+  if (order_.ahead) return {.spares = spared_moment_, .is_ahead = true};
+  if (order_.as_it_is) return {.asker = asker_, .spares = begun_moment_};
+  return {.asker = asker_, .begun = begun_moment_, .ahead = ahead_moment_ != 0 ? ahead_moment_ : moment_};
 }
 
 // Says of every block that a ray came to that it was used now. What is absent is wanted; false where nothing is that
 // can come.
 bool PlannedFrame::noteWanted(WantedBlocks& blocks) {
   bool lacks = false;
-  const PagePool::Sweep sweep =
-      order_.as_it_is
-          ? PagePool::Sweep{.asker = asker_}
-          : PagePool::Sweep{
-                .asker = asker_, .begun = begun_moment_, .ahead = ahead_moment_ != 0 ? ahead_moment_ : moment_};
+  const PagePool::Asker looker = order_.ahead ? PagePool::kNobody : asker_;
+  const std::uint64_t foreseen = tools_.pages.foreseen();
   for (const PagedPart& part : bound_.paged) {
-    const std::span<const std::uint32_t> words = wantedBits(part);
+    const std::vector<std::uint32_t> any = hasRanks() ? anyRank(part) : std::vector<std::uint32_t>();
+    const std::span<const std::uint32_t> words = hasRanks() ? std::span(any) : wantedBits(part);
     for (const std::uint32_t word : words) blocks.wanted += static_cast<std::uint64_t>(std::popcount(word));
-    std::vector<std::uint32_t> absent = part.voxels->note(words, moment_, asker_);
+    std::vector<std::uint32_t> absent = part.voxels->note(words, moment_, looker);
     blocks.absent += absent.size();
-    lacks = part.voxels->want(asker_, std::move(absent), sweep) || lacks;
+    if (hasRanks()) sortByRank(part, absent);
+    lacks = part.voxels->want(asker_, std::move(absent), sweep()) || lacks;
   }
+  frame_.stats.foreseen_pages += tools_.pages.foreseen() - foreseen;
   return lacks;
 }
 
 // Before a band is drawn that lies farther down than it was looked.
 bool PlannedFrame::looksAhead() const {
-  return !bound_.paged.empty() && !order_.as_it_is && !part_ && sample_begin_ == 0 &&
+  return !bound_.paged.empty() && !order_.as_it_is && !order_.pixel && !part_ && sample_begin_ == 0 &&
          cutter_->next().row_begin >= rows_ahead_;
 }
+
+int PlannedFrame::lookStride() const { return order_.ahead ? kLookStrideAhead : kLookStride; }
 
 // So many rows that every fourth ray each way takes about a band's time.
 int PlannedFrame::rowsInABand() const {
   const double ms_per_ray =
       tools_.times.find(volume_.serial(), plan_.level, plan_.key).value_or(tools_.band_ms / kUnknownRays);
-  const double rows = tools_.band_ms / ms_per_ray * kLookStride * kLookStride / frame_.width;
+  const double rows = tools_.band_ms / ms_per_ray * lookStride() * lookStride() / frame_.width;
   return wholeGroups(static_cast<int>(std::clamp(rows, 1.0, static_cast<double>(kMaxImageSide))));
 }
 
 // Every fourth ray each way, of as many rows as there is room for: what these come to is brought in together, in the
 // order of the file, and again while more comes into sight behind it. So most bands find what they need.
 void PlannedFrame::lookAhead() {
-  const int begin = cutter_->next().row_begin;
+  const int begin = order_.ahead ? rows_ahead_ : cutter_->next().row_begin;
   const int rows = std::min({most_rows_ahead_, rowsInABand(), frame_.height - begin});
-  const auto part = [](int side) { return (side + kLookStride - 1) / kLookStride; };
-  const int first = begin / kLookStride;
+  const int stride = lookStride();
+  const auto part = [&](int side) { return (side + stride - 1) / stride; };
+  const int first = begin / stride;
   const Band band{.row_begin = first,
                   .row_count = std::min(part(begin + rows) - first, part(frame_.height) - first),
                   .column_count = part(frame_.width)};
@@ -188,7 +232,24 @@ void PlannedFrame::lookAhead() {
   if (brings_pages_) return;
   rows_ahead_ = begin + rows;
   looks_ = 0;
-  cutter_->endAt(rows_ahead_);
+  if (!order_.ahead) cutter_->endAt(rows_ahead_);
+}
+
+// Of an order to bring in what may come, a piece. True while there is more that finds room.
+bool PlannedFrame::bringAhead() {
+  if (bound_.paged.empty()) return false;
+  if (!brings_pages_) {
+    if (hasLookedAhead()) return false;
+    if (spared_moment_ == 0) spared_moment_ = tools_.pages.momentSince(kOfLate);
+    lookAhead();
+    return brings_pages_ || !hasLookedAhead();
+  }
+  brings_pages_ = false;
+  for (const PagedPart& part : bound_.paged) {
+    if (!brings_pages_) brings_pages_ = bringInSome(*part.voxels, kPatienceAhead);
+    if (part.voxels->wasShort(asker_)) return false;
+  }
+  return true;
 }
 
 // Of all blocks that a ray came to.
@@ -200,9 +261,9 @@ std::uint64_t PlannedFrame::usedBytes() const {
   return bytes;
 }
 
-bool PlannedFrame::bringInSome(PagedVoxels& voxels, bool waits) {
+bool PlannedFrame::bringInSome(PagedVoxels& voxels, std::chrono::milliseconds patience) {
   const std::uint64_t before = voxels.arrived();
-  const bool more = voxels.advance(asker_, waits);
+  const bool more = voxels.advance(asker_, patience);
   frame_.stats.pages_read += voxels.arrived() - before;
   return more;
 }
@@ -220,7 +281,7 @@ void PlannedFrame::holdPages(std::optional<std::uint64_t> moment) {
 bool PlannedFrame::bringPages() {
   bool more = false;
   for (const PagedPart& part : bound_.paged) {
-    if (!more) more = bringInSome(*part.voxels, true);
+    if (!more) more = bringInSome(*part.voxels, kPatience);
     is_short_ = part.voxels->wasShort(asker_) || is_short_;
   }
   brings_pages_ = more;

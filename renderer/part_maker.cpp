@@ -13,13 +13,16 @@ Need sibling(const Need& need, Part part) {
   return {.part = part,
           .level = need.level,
           .form = need.form,
+          .window = need.window,
           .paged = need.paged,
           .apron = need.apron,
           .channel = need.channel};
 }
 
 Need ofLevel(const Need& need, Part part) {
-  return {.part = part, .level = need.level, .form = need.form, .paged = need.paged, .apron = need.apron};
+  Need level = sibling(need, part);
+  level.channel = Need::kAllChannels;
+  return level;
 }
 
 // Of the budget. The rest is for records, what stands in for absent voxels, finders and frames.
@@ -50,7 +53,7 @@ std::unique_ptr<Making> PartMaker::begin(const StoredVolume& volume, const Need&
     case Part::blocks:
       return makeBlocks(device_, volume, voxels());
     case Part::masks:
-      return makeMasks(device_, voxels());
+      return makeMasks(device_, volume, need, voxels());
     case Part::visible_quarters:
       return visible_quarters_.make(volume, need, blocks(), masks());
     case Part::empty:
@@ -73,6 +76,7 @@ std::unique_ptr<Making> PartMaker::begin(const StoredVolume& volume, const Need&
       Need coarse = need;
       coarse.level = need.coarse_level;
       coarse.form = need.coarse_form;
+      coarse.window = {};
       coarse.paged = false;
       return makeAncestors(device_, need, any_voxels(), inputs.shareAnyVoxels<ResidentVoxels>(coarse));
     }

@@ -8,6 +8,9 @@
 #include <string_view>
 #include <utility>
 
+#include "renderer/plan/paging.h"
+#include "view/reasons.h"
+
 namespace blockwalk {
 namespace {
 
@@ -16,11 +19,8 @@ constexpr std::size_t kHostPixelBytes = 24;
 
 std::uint64_t sum(const gpu::uint (&words)[2]) { return words[0] | std::uint64_t{words[1]} << 32; }
 
-void fillBackground(const ResolvedView& view, Frame& frame) {
-  const auto& b = view.background;
-  const std::uint32_t pixel =
-      b[3] == 0 ? 0 : b[0] | std::uint32_t{b[1]} << 8 | std::uint32_t{b[2]} << 16 | std::uint32_t{b[3]} << 24;
-  std::ranges::fill(frame.pixels, pixel);
+Probe probeOf(const gpu::GpuProbe& p) {
+  return {.x = p.voxel.x, .y = p.voxel.y, .z = p.voxel.z, .blocks = p.blocks, .t = p.t};
 }
 
 bool isRegion(Part part) { return part == Part::clusters || part == Part::boundary; }
@@ -31,12 +31,12 @@ OutOfDeviceMemory withAdvice(const OutOfDeviceMemory& error, std::string_view fi
 
 }  // namespace
 
-PlannedFrame::PlannedFrame(FrameTools& tools, const VulkanVolume& volume, Plan plan, const FrameOrder& order)
+PlannedFrame::PlannedFrame(FrameTools& tools, const VulkanStep& volume, Plan plan, const FrameOrder& order)
     : tools_(tools),
       volume_(volume),
       order_(order),
       plan_(std::move(plan)),
-      values_(order.view, volume.info()),
+      values_(order.view, volume.info(), plan_.level),
       sample_end_(order.step ? order.step->end : order.view.samples),
       asker_(tools.pages.nextAsker()) {
   describe();
@@ -94,11 +94,10 @@ void PlannedFrame::defer(std::exception_ptr shortage) {
 
 void PlannedFrame::describe() {
   const ResolvedView& view = order_.view;
-  const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
-  frame_.width = view.width;
-  frame_.height = view.height;
+  frame_.width = order_.pixel ? 1 : view.width;
+  frame_.height = order_.pixel ? 1 : view.height;
   RenderStats& stats = frame_.stats;
-  stats.rays = pixels * static_cast<std::size_t>(sample_end_);
+  stats.rays = framePixels() * static_cast<std::size_t>(sample_end_);
   stats.finder = finderName(static_cast<Finder>(plan_.key.finder));
   const bool skips = plan_.key.finder != gpu::kFinderNone;
   stats.walk = view.walk && skips;
@@ -107,6 +106,7 @@ void PlannedFrame::describe() {
   stats.far_level = plan_.is_blank ? plan_.level : plan_.farLevel();
   stats.paged = plan_.isPaged();
   stats.is_coarser = plan_.is_coarser;
+  stats.as_it_is = order_.as_it_is;
   stats.kernel = plan_.is_blank ? "blank" : blockwalk::describe(plan_.key);
 }
 
@@ -121,6 +121,10 @@ bool PlannedFrame::advance() {
     try {
       more = advanceWork();
     } catch (const OutOfDeviceMemory& error) {
+      if (order_.ahead) {
+        finish();
+        return false;
+      }
       const bool draws = cutter_.has_value();  // and takes nothing more
       const bool fits_alone = error.needed_bytes <= tools_.device.info().memory_budget_bytes;
       const OutOfDeviceMemory advised = advise(error);
@@ -152,10 +156,12 @@ OutOfDeviceMemory PlannedFrame::advise(const OutOfDeviceMemory& error) const {
 }
 
 bool PlannedFrame::advanceWork() {
+  if (order_.ahead && !isResident()) return false;
   if (!makeResident()) return true;
   if (order_.prepare_only) return false;
   if (!is_begun_) begin();
   if (plan_.is_blank) return false;
+  if (order_.ahead) return bringAhead();
   // Who is not let wait any longer has what is there.
   if (awaits_turn_) is_short_ = !tools_.pages.hasTurn(asker_);
   awaits_turn_ = false;
@@ -170,6 +176,12 @@ bool PlannedFrame::advanceWork() {
     drawPaged();
   }
   return !cutter_->isDone();
+}
+
+// All that it needs but voxels that come and go.
+bool PlannedFrame::isResident() {
+  return std::ranges::all_of(
+      plan_.needs, [this](const Need& need) { return tools_.residency.find(volume_.serial(), need) != nullptr; });
 }
 
 // What is there is taken at once; of what is not, one piece a call. True once all is there.
@@ -193,29 +205,32 @@ bool PlannedFrame::makeResident() {
 
 void PlannedFrame::begin() {
   const ResolvedView& view = order_.view;
-  const std::size_t pixels = static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+  const std::size_t pixels =
+      static_cast<std::size_t>(view.width) * static_cast<std::size_t>(order_.pixel ? 1 : view.height);
   tools_.device.memory().requireOfHost(pixels * kHostPixelBytes, "a picture");
   if (plan_.is_blank) {
     values_.prepare(frame_);
-    if (order_.probe) frame_.probes.resize(pixels);
-    if (isPicture(view.output)) fillBackground(view, frame_);
+    if (order_.probe) frame_.probes.resize(framePixels());
     return;
   }
   takeSums();
   const bool sums = plan_.key.antialias != 0 && kept_ == nullptr;
   bound_ = bind(view, volume_.info(), plan_, pins_);
   for (const PagedPart& part : bound_.paged) {
-    if (!order_.as_it_is) part.voxels->tryAgain();  // views that move would ask for ever
+    if (!order_.as_it_is && !order_.ahead) part.voxels->tryAgain();  // views that move would ask for ever
   }
+  if (order_.as_it_is) bringInWhatIsRead();
+  bound_.data.params.requests = static_cast<std::uint32_t>(view.requests);
+  bound_.data.params.rank_words = order_.as_it_is && view.requests != Requests::file ? bound_.wanted_words : 0;
   buffers_ = tools_.buffers.take({.pixels = std::min(pixels, kMaxBandPixels),
                                   .sums = sums,
                                   .probes = plan_.key.probe != 0,
-                                  .wanted_words = bound_.wanted_words});
+                                  .wanted_words = bound_.wanted_words * (hasRanks() ? gpu::kRequestRanks : 1)});
   is_begun_ = true;
   kernel_ = tools_.kernels.choose(plan_.key, plan_.kernel);
   if (kernel_.general) frame_.stats.kernel = "general " + frame_.stats.kernel;
   values_.prepare(frame_);
-  if (order_.probe) frame_.probes.resize(pixels);
+  if (order_.probe) frame_.probes.resize(framePixels());
   bound_.build.rebuilt = made_region_;
   bound_.data.params.pixels = buffers_.pixels.address();
   bound_.data.params.sums = sums ? buffers_.sums.address() : 0;
@@ -232,8 +247,15 @@ void PlannedFrame::begin() {
   }
   frame_.samples_drawn = sample_end_ - sample_begin_;
   frame_.stats.finder_build = bound_.build;
-  cutter_.emplace(BandLimits{.width = view.width,
-                             .height = view.height,
+  const glm::ivec2 begin =
+      order_.pixel ? glm::ivec2(order_.pixel->x / gpu::kGroupSide * gpu::kGroupSide, order_.pixel->y) : glm::ivec2(0);
+  const glm::ivec2 end = order_.pixel
+                             ? glm::min(begin + glm::ivec2(gpu::kGroupSide, 1), glm::ivec2(view.width, view.height))
+                             : glm::ivec2(view.width, view.height);
+  cutter_.emplace(BandLimits{.width = end.x,
+                             .height = end.y,
+                             .column_begin = begin.x,
+                             .row_begin = begin.y,
                              .sample_begin = sample_begin_,
                              .sample_end = sample_end_,
                              .band_ms = tools_.band_ms,
@@ -264,7 +286,26 @@ void PlannedFrame::drawOne() {
   if (cutter_->ran(ms)) readBand(band);
 }
 
+// Where the pixel lies in the buffers, of which the band has a row.
+void PlannedFrame::readPixel() {
+  const auto at = static_cast<std::size_t>(order_.pixel->x);
+  if (order_.probe) frame_.probes[0] = probeOf(buffers_.probes.mappedAs<gpu::GpuProbe>()[at]);
+  const auto level_at = [this](double depth) {
+    int level = plan_.level;
+    for (std::size_t far = 0; far < plan_.farCount(); ++far) {
+      if (depth >= plan_.coarse[far].depth) level = plan_.coarse[far].level;
+    }
+    return level;
+  };
+  values_.fromWord(buffers_.pixels.mappedAs<std::uint32_t>()[at], *order_.pixel, level_at,
+                   order_.probe ? frame_.probes[0] : Probe{}, frame_);
+}
+
 void PlannedFrame::readBand(const Band& band) {
+  if (order_.pixel) {
+    readPixel();
+    return;
+  }
   const auto width = static_cast<std::size_t>(frame_.width);
   const std::size_t pixels = width * static_cast<std::size_t>(band.row_count);
   const auto first = static_cast<std::ptrdiff_t>(width * static_cast<std::size_t>(band.row_begin));
@@ -276,13 +317,12 @@ void PlannedFrame::readBand(const Band& band) {
   }
   if (!order_.probe) return;
   const auto probes = buffers_.probes.mappedAs<gpu::GpuProbe>().first(pixels);
-  std::ranges::transform(probes, frame_.probes.begin() + first, [](const gpu::GpuProbe& p) {
-    return Probe{.x = p.voxel.x, .y = p.voxel.y, .z = p.voxel.z, .blocks = p.blocks, .t = p.t};
-  });
+  std::ranges::transform(probes, frame_.probes.begin() + first, probeOf);
 }
 
 void PlannedFrame::finish() {
-  if (cutter_ && !frame_.cancelled) {
+  // A few pixels take long for what they are.
+  if (cutter_ && !frame_.cancelled && !order_.pixel && !order_.ahead) {
     tools_.times.note(volume_.serial(), plan_.level, plan_.key, cutter_->expectedMsPerPixel());
   }
   if (is_begun_) {
@@ -305,7 +345,22 @@ void PlannedFrame::finish() {
       tools_.kept_sums.keep(std::move(kept_));
     }
   }
+  if (!frame_.cancelled && !order_.prepare_only && !order_.ahead) judge();
   end();
+}
+
+// What the picture shows, and if that is nothing or coarser than it was to be, why.
+void PlannedFrame::judge() {
+  RenderStats& stats = frame_.stats;
+  stats.drawn_pixels = values_.countDrawn(frame_);
+  if (stats.is_coarser) {
+    stats.needed_bytes = shortage_bytes_.needed;
+    stats.room_bytes = shortage_bytes_.free;
+  } else if (stats.absent_blocks > 0 && !stats.as_it_is) {
+    stats.needed_bytes = voxelBytes(volume_.info(), plan_);
+    stats.room_bytes = tools_.pages.mostBytes();
+  }
+  stats.reasons = reasonsOf(order_.view, volume_.info(), stats);
 }
 
 }  // namespace blockwalk

@@ -4,6 +4,7 @@
 // that are new and adds them to the sums that were kept.
 #pragma once
 
+#include <chrono>
 #include <exception>
 #include <optional>
 #include <span>
@@ -13,6 +14,7 @@
 #include "renderer/band_part.h"
 #include "renderer/bind.h"
 #include "renderer/frame_buffers.h"
+#include "renderer/level_room.h"
 #include "renderer/plan/output_values.h"
 #include "renderer/resident/kept_sums.h"
 #include "renderer/resident/pages.h"
@@ -44,7 +46,7 @@ struct FrameTools {
 class PlannedFrame {
  public:
   // All outlive it. `order.view` is what is drawn.
-  PlannedFrame(FrameTools& tools, const VulkanVolume& volume, Plan plan, const FrameOrder& order);
+  PlannedFrame(FrameTools& tools, const VulkanStep& volume, Plan plan, const FrameOrder& order);
   ~PlannedFrame();
   PlannedFrame(const PlannedFrame&) = delete;
   PlannedFrame& operator=(const PlannedFrame&) = delete;
@@ -54,6 +56,8 @@ class PlannedFrame {
   // As FrameInProgress::waits().
   bool waits() const;
   const Plan& plan() const { return plan_; }
+  // Why the plan's level is coarser than the view's.
+  void tellShortage(LevelShortage shortage) { shortage_bytes_ = shortage; }
   // advance() has refused it for a part that found no room, though no other frame held any.
   bool foundNoRoom() const { return found_no_room_; }
   // Once there is no more.
@@ -70,11 +74,14 @@ class PlannedFrame {
   OutOfDeviceMemory advise(const OutOfDeviceMemory& error) const;
   void defer(std::exception_ptr shortage);
   void describe();
+  bool isResident();
   bool makeResident();
   void begin();
   void takeSums();
   void drawOne();
   void readBand(const Band& band);
+  void readPixel();
+  void judge();
   void drawPaged();
   void aim(const Band& part);
   double runMarking(const Band& part, std::uint32_t fresh_sample, bool accepts);
@@ -85,27 +92,40 @@ class PlannedFrame {
     std::uint64_t absent = 0;
   };
   std::span<const std::uint32_t> wantedBits(const PagedPart& part) const;
+  std::span<const std::uint32_t> wantedBits(const PagedPart& part, std::uint32_t rank) const;
+  bool hasRanks() const { return bound_.data.params.rank_words != 0; }
+  std::vector<std::uint32_t> anyRank(const PagedPart& part) const;
+  void sortByRank(const PagedPart& part, std::vector<std::uint32_t>& blocks) const;
   bool noteWanted(WantedBlocks& blocks);
+  PagePool::Sweep sweep() const;
   std::uint64_t usedBytes() const;
   void awaitTurn();
   void noteFailure();
+  int lookStride() const;
   int rowsInABand() const;
   bool looksAhead() const;
   void lookAhead();
+  bool hasLookedAhead() const { return rows_ahead_ >= frame_.height; }
+  std::size_t framePixels() const {
+    return static_cast<std::size_t>(frame_.width) * static_cast<std::size_t>(frame_.height);
+  }
   // Of so many rows of the picture.
   std::uint64_t sumBytes(int rows) const {
     return static_cast<std::uint64_t>(frame_.width) * static_cast<std::uint64_t>(rows) * kSumBytes;
   }
-  bool bringInSome(PagedVoxels& voxels, bool waits);
+  bool bringInSome(PagedVoxels& voxels, std::chrono::milliseconds patience);
+  void bringInWhatIsRead();
+  bool bringAhead();
   void holdPages(std::optional<std::uint64_t> moment);
   void finish();
 
   FrameTools& tools_;
-  const VulkanVolume& volume_;
+  const VulkanStep& volume_;
   const FrameOrder& order_;
   Plan plan_;
   OutputValues values_;
   Frame frame_;
+  LevelShortage shortage_bytes_;
 
   std::size_t next_need_ = 0;
   Pins pins_;
@@ -127,15 +147,16 @@ class PlannedFrame {
 
   // Of voxels that come and go.
   PagePool::Asker asker_;
-  std::optional<BandPart> part_;    // of the band at hand, once it was drawn: some of its pixels lacked something
-  double drawn_ms_ = 0;             // of that, when it was drawn first
-  std::uint64_t begun_moment_ = 0;  // when rays looked first
-  std::uint64_t moment_ = 0;        // and last
-  std::uint64_t ahead_moment_ = 0;  // when it was looked ahead last
-  bool brings_pages_ = false;       // what they lacked is on its way
-  bool is_short_ = false;           // of room, and cannot be cut smaller
-  bool awaits_turn_ = false;        // beside what others hold
-  int tries_alone_ = 0;             // to find room for a workgroup
+  std::optional<BandPart> part_;     // of the band at hand, once it was drawn: some of its pixels lacked something
+  double drawn_ms_ = 0;              // of that, when it was drawn first
+  std::uint64_t begun_moment_ = 0;   // when rays looked first
+  std::uint64_t moment_ = 0;         // and last
+  std::uint64_t ahead_moment_ = 0;   // when it was looked ahead last
+  std::uint64_t spared_moment_ = 0;  // of an order to bring in what may come: what was used since stays
+  bool brings_pages_ = false;        // what they lacked is on its way
+  bool is_short_ = false;            // of room, and cannot be cut smaller
+  bool awaits_turn_ = false;         // beside what others hold
+  int tries_alone_ = 0;              // to find room for a workgroup
   std::optional<std::uint64_t> held_moment_ = {};
   int rows_ahead_ = 0;  // how far down it was looked ahead
   int most_rows_ahead_ = kMaxImageSide;

@@ -39,7 +39,7 @@ class VulkanRenderer final : public Renderer {
 
   std::unique_ptr<FrameInProgress> begin(ResidentVolume& volume, FrameOrder order) override {
     // Of what load() gave.
-    const auto& stored = static_cast<const VulkanVolume&>(volume);
+    auto& stored = static_cast<VulkanVolume&>(volume);
     return device_.calls().translate(
         "a frame", [&] { return std::make_unique<GuardedFrame>(device_, frames_.begin(stored, std::move(order))); });
   }

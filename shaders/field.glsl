@@ -80,6 +80,31 @@ FieldValue fieldAt(uint64_t voxels, vec3 place) {
   return FieldValue(lerpCorners(density, weight), value.a > 0.0 ? value.rgb / value.a : vec3(0.0));
 }
 
+// mode minip: the voxel of channel c that a place lies in, interpolated with those of the cell's others that are in the
+// range. Whether it is itself: what is out of the range is never mixed in.
+bool visibleFieldAt(int c, uint64_t voxels, vec3 place, out FieldValue value) {
+  vec3 weight;
+  vec3 cell = cellAt(place, weight);
+  float density[8];
+  uint bits[8];
+  loadCorners(voxels, cell, density, bits);
+  int nearest = (weight.x < 0.5 ? 0 : 1) + (weight.y < 0.5 ? 0 : 2) + (weight.z < 0.5 ? 0 : 4);
+  float own = density[0];
+  [[unroll]] for (int i = 1; i < 8; ++i) own = i == nearest ? density[i] : own;
+  float weights = 0.0;
+  float above = 0.0;  // the voxel's own, so that equal ones give just their value
+  vec4 product = vec4(0.0);
+  [[unroll]] for (int i = 0; i < 8; ++i) {
+    vec3 side = mix(1.0 - weight, weight, vec3(i & 1, i >> 1 & 1, i >> 2));
+    float share = isInRange(c, density[i]) ? side.x * side.y * side.z : 0.0;
+    weights += share;
+    above += share > 0.0 ? share * (density[i] - own) : 0.0;
+    if (kVoxelType == kVoxelRgba8) product += share * density[i] * vec4(colorOf(bits[i]), 1.0);
+  }
+  value = FieldValue(own + above / weights, product.a > 0.0 ? product.rgb / product.a : vec3(0.0));
+  return isInRange(c, own);
+}
+
 // Of the row with y and z of `at`, all counted from the apron's first voxel: two voxels from x on.
 vec2 rowPair(uint64_t voxels, vec3 at) {
   if (kOverlaps) {

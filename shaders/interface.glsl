@@ -78,6 +78,12 @@ struct Scene {
   vec3 gradient_rows[3];
   float transmittance_bound;
   vec3 light;
+  // Secondary: whether what is met is shaded, or the point looked for that secondary rays start from; and which share of
+  // the ambient and of the key light reaches that.
+  bool shades;
+  bool seeks_point;
+  float ambient_share;
+  float key_share;
 };
 
 Scene scene;
@@ -102,6 +108,9 @@ void loadScene() {
   scene.gradient_rows = frame.gradient_rows;
   scene.transmittance_bound = frame.transmittance_bound;
   scene.light = frame.light;
+  scene.shades = true;
+  scene.seeks_point = false;
+  scene.ambient_share = scene.key_share = 1.0;
 }
 
 // What one ray has done; visits and steps when kTally is on, summed over the frame when kCount is.

@@ -41,6 +41,8 @@ BLOCKWALK_CONST uint kModeBlocks = 2;
 BLOCKWALK_CONST uint kModeMip = 3;
 BLOCKWALK_CONST uint kModeMean = 4;
 BLOCKWALK_CONST uint kModeIso = 5;
+BLOCKWALK_CONST uint kModeMinip = 6;
+BLOCKWALK_CONST uint kModeAttenuatedMip = 7;
 BLOCKWALK_CONST uint kFilterNearest = 0;
 BLOCKWALK_CONST uint kFilterLinear = 1;
 BLOCKWALK_CONST uint kClassificationPost = 0;
@@ -50,6 +52,13 @@ BLOCKWALK_CONST uint kOutputPoint = 1;  // t of the point shown: depth and posit
 BLOCKWALK_CONST uint kOutputCost = 2;
 BLOCKWALK_CONST uint kOutputQueries = 3;
 BLOCKWALK_CONST uint kOutputMesh = 4;
+BLOCKWALK_CONST uint kOutputValue = 5;        // the density of the point shown, or what is gathered of densities
+BLOCKWALK_CONST uint kNoValue = 0x7fc00000u;  // a float that is no number
+// Requests::file, shells, transmittance, and how many ranks of blocks the latter two tell apart.
+BLOCKWALK_CONST uint kRequestsFile = 0;
+BLOCKWALK_CONST uint kRequestsShells = 1;
+BLOCKWALK_CONST uint kRequestsTransmittance = 2;
+BLOCKWALK_CONST uint kRequestRanks = 8;
 BLOCKWALK_CONST uint kFinderQuery = 1;
 BLOCKWALK_CONST uint kFinderGrid = 2;
 BLOCKWALK_CONST uint kFinderClusters = 3;
@@ -84,7 +93,9 @@ BLOCKWALK_CONST uint kFinderNone = 6;
   late(18, bool, probe, kProbe, false) \
   late(19, bool, fine_table, kFineTable, false)              /* entries are so close that the nearest will do */ \
   early(20, bool, paged, kPaged, false)                      /* voxels of some blocks may be absent */ \
-  late(21, bool, mixed, kMixed, false)                       /* what is far away is drawn of coarser levels */
+  late(21, bool, mixed, kMixed, false)                       /* what is far away is drawn of coarser levels */ \
+  late(22, bool, secondary, kSecondary, false)               /* light that does not reach what is seen is taken away */ \
+  late(23, bool, lens, kLens, false)                         /* rays come from all of a lens */
 // clang-format on
 // One term of a sum. NOLINTNEXTLINE(bugprone-macro-parentheses)
 #define BLOCKWALK_COUNT_CHOICE(id, type, member, constant, initial) +1
@@ -103,6 +114,7 @@ BLOCKWALK_CONST int kMaxClipPlanes = 12;    // a clip box's and a view's own
 BLOCKWALK_CONST int kMaxDrawnChannels = 4;
 BLOCKWALK_CONST int kMaxFarLevels = 3;                     // of a frame, beside the finest that is drawn
 BLOCKWALK_CONST int kMaxCoarseLevels = kMaxFarLevels + 1;  // and what stands in where voxels are absent
+BLOCKWALK_CONST uint kOcclusionRays = 8u;                  // of a sample, in as many directions
 BLOCKWALK_CONST int kGroupSide = 8;                        // pixels; a workgroup is 8x8 of them
 // Output point: t where there is nothing to show. Bounds of the traversal are of this size where a ray stands still.
 BLOCKWALK_CONST float kHugeT = 1e30f;
@@ -163,6 +175,8 @@ struct DrawnChannel {
   float table_scale;
   float table_last;
   float light_strength;  // light is full where the world gradient times this reaches 1
+  float range_lo;        // attenuated-mip: the view's range as it stands, stored units
+  float range_width;
   uint padding;
 };
 
@@ -200,6 +214,8 @@ struct FrameParams {
   uint64_t next_samples;  // uint[], the band's: the sample that a pixel is to be drawn with next
   uint fresh_sample;      // drawn of all pixels, whatever is next of them; kNone: no sample is
   uint accepts;           // not 0: what came to absent blocks counts too
+  uint requests;          // in which order blocks are asked for: kRequests...
+  uint rank_words;        // of the blocks of each rank in `wanted`; 0: all are of one
   uint64_t
       pixels;     // uint[], the band's: straight rgba8, the bits of a float (output point), or a count (cost, queries)
   uint64_t sums;  // vec4[], the band's: premultiplied colours of the samples so far, added
@@ -235,7 +251,13 @@ struct FrameParams {
   vec3
       gradient_rows[3];  // world gradient = (dot(row 0, g), dot(row 1, g), dot(row 2, g)) of the index-space gradient g
   float transmittance_bound;  // a ray of which less is left stops
-  vec3 light;                 // index-space direction whose world direction is the unit vector to the light
+  vec3 light;                 // index-space direction whose world direction is the unit vector to the key light
+  float attenuation;          // attenuated-mip: per world unit at the upper end of a channel's range
+  vec4 lights;                // ambient, head and key light, highlight
+  uint shadow;                // 1: the key light comes through the volume; else 0
+  float occlusion_reach;      // world units: so far around it something takes the ambient light away; 0: nowhere
+  float lens_radius;          // world units
+  float focus_depth;          // before the eye
 };
 
 struct FrameData {
@@ -284,6 +306,19 @@ BLOCKWALK_FUNCTION vec2 samplePlace(ivec2 pixel, uint index) {
   return vec2(place >> 8u) * (1.0f / 16777216.0f);
 }
 
+// Of a sample on a lens, a disc of radius 1: the fractional parts of multiples of the roots of 2 and 3 (Richtmyer
+// 1951), begun at another seed than the place in the pixel.
+BLOCKWALK_FUNCTION vec2 lensUnits(ivec2 pixel, uint index) {
+  uvec2 place = pixelSeed(uvec2(pixel) + uvec2(40503u, 30011u)) + uvec2(1779033703u, 3144134277u) * index;
+  return vec2(place >> 8u) * (1.0f / 16777216.0f);
+}
+
+// Of direction `index` around a point, as evenly as R2 is: [0, 1) of the axis, and of the turn about it.
+BLOCKWALK_FUNCTION vec2 directionUnits(uint index) {
+  uvec2 place = uvec2(3242174889u, 2447445414u) * index + uvec2(2147483648u);
+  return vec2(place >> 8u) * (1.0f / 16777216.0f);
+}
+
 // Opacity of an optical depth: -expm1(-x), right to a few ulp of a float for every x >= 0. GLSL has no expm1, so small
 // depths take the Taylor series of 1 - exp(-x) to the fifth order (error below x^6/720).
 BLOCKWALK_FUNCTION float opacityOfDepth(float depth) {
@@ -305,14 +340,15 @@ static_assert(sizeof(GpuBlock) == 8 + 12 + 4 + 8 + 4 + 24 + 216 + 4);
 static_assert(offsetof(GpuBlock, neighbours) == 36 && offsetof(GpuBlock, indices) == 60);
 static_assert(sizeof(GpuSubblock) == 12 && sizeof(GpuProbe) == 20 && sizeof(GpuCounters) == 48);
 static_assert(sizeof(OctreeNode) == 8);
-static_assert(sizeof(DrawnChannel) == 72);
-static_assert(sizeof(FinderParts) == 72 && sizeof(FrameLevel) == 408 && offsetof(FrameLevel, ancestors) == 360);
-static_assert(offsetof(FrameParams, far_count) == 408 && offsetof(FrameParams, pixels) == 440);
-static_assert(offsetof(FrameParams, point_center) == 472 && offsetof(FrameParams, half_width) == 544);
-static_assert(offsetof(FrameParams, clip_planes) == 580 && offsetof(FrameParams, size) == 772);
-static_assert(offsetof(FrameParams, extinction_scale) == 784 && offsetof(FrameParams, background) == 788);
-static_assert(offsetof(FrameParams, gradient_rows) == 812 && offsetof(FrameParams, light) == 852);
-static_assert(sizeof(FrameParams) == 864 && offsetof(FrameData, coarse) == 864);
+static_assert(sizeof(DrawnChannel) == 80);
+static_assert(sizeof(FinderParts) == 72 && sizeof(FrameLevel) == 440 && offsetof(FrameLevel, ancestors) == 392);
+static_assert(offsetof(FrameParams, far_count) == 440 && offsetof(FrameParams, pixels) == 480);
+static_assert(offsetof(FrameParams, point_center) == 512 && offsetof(FrameParams, half_width) == 584);
+static_assert(offsetof(FrameParams, clip_planes) == 620 && offsetof(FrameParams, size) == 812);
+static_assert(offsetof(FrameParams, extinction_scale) == 824 && offsetof(FrameParams, background) == 828);
+static_assert(offsetof(FrameParams, gradient_rows) == 852 && offsetof(FrameParams, light) == 892);
+static_assert(offsetof(FrameParams, lights) == 908 && offsetof(FrameParams, lens_radius) == 932);
+static_assert(sizeof(FrameParams) == 944 && offsetof(FrameData, coarse) == 944);
 static_assert(sizeof(PushConstants) == 24 && sizeof(VisibleQuartersPush) == 48);
 }  // namespace blockwalk::gpu
 #endif

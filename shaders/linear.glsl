@@ -38,7 +38,7 @@ Spot spotNear(uint block, vec3 place) {
     if (next == kNone) return spot;
     block = next;
   }
-  if (kPaged && scene.pages != kNone && wantVoxels(block)) return spot;
+  if (kPaged && scene.pages != kNone && wantVoxels(block, 1.0)) return spot;
   vec3 in_block = clamp(place - blockCorner(block), vec3(0.0), vec3(block_side));
   vec3 local = min(floor(in_block * (1.0 / float(kSubblockSide))), vec3(kBlockSide - 1));
   uint rank = subblockRank(block, wholeNumber(dot(local, latticeStrides(vec3(kBlockSide)))));
@@ -83,7 +83,7 @@ float crossingBefore(Ray ray, uint block, float k, float t) {
 }
 
 vec3 litColor(int c, vec3 color, uint64_t voxels, vec3 place, Ray ray) {
-  return kLit ? lightColor(c, color, gradientAt(voxels, place), ray.dir) : color;
+  return isShaded() ? lightColor(c, color, gradientAt(voxels, place), ray.dir) : color;
 }
 
 // Adds what channel c shows of a place to the mixture. A single channel is known to be visible there: its density may lie
@@ -108,6 +108,7 @@ void hitBefore(Ray ray, uint block, Spot spot, Sample sampled, float k, float t,
   float t_hit = crossingBefore(ray, block, k, t);
   Spot nearer = spotNear(block, placeAt(ray, t_hit));
   if (nearer.voxels[0] != uint64_t(0)) spot = nearer;
+  if (kOutput == kOutputValue) ink.density[0] = densityAt(spot.voxels[0], spot.place);
   Sample s = hitOn(ray, spot);
   if (kChannels > 1 && !(s.extinction > 0.0)) s = sampled;  // hidden by a rounding
   hit(s.color, placeAt(ray, t_hit), t_hit, ink);
@@ -116,7 +117,13 @@ void hitBefore(Ray ray, uint block, Spot spot, Sample sampled, float k, float t,
 // What channel c shows of a sample: gathered, a single channel's at once, or added to the mixture. Whether it is visible.
 bool addSample(int c, Ray ray, uint64_t voxels, vec3 place, vec2 interval, inout Sample mixture, inout Ink ink) {
   float length_t = interval.y - interval.x;
-  FieldValue value = fieldAt(voxels, place);
+  FieldValue value;
+  if (kMode == kModeMinip) {
+    if (!visibleFieldAt(c, voxels, place, value)) return false;
+    gatherDensity(c, value.density, value.color, interval.x, length_t, ink);
+    return true;
+  }
+  value = fieldAt(voxels, place);
   if (kStraight && kVoxelType == kVoxelRgba8) {  // of scalars the branch spares a look into the table
     Sample s = shadeDensity(c, value.density, value.color);
     s.extinction = !kTestVoxel || isInRange(c, value.density) ? s.extinction : 0.0;
@@ -126,6 +133,7 @@ bool addSample(int c, Ray ray, uint64_t voxels, vec3 place, vec2 interval, inout
   if (kTestVoxel && !isInRange(c, value.density)) return false;
   Sample s = shadeDensity(c, value.density, value.color);
   if (!isVisible(value.density, s)) return false;
+  noteDensity(value.density, ink);
   if (kGathersDensities) {
     gatherDensity(c, value.density, s.color, interval.x, length_t, ink);
     return true;

@@ -41,11 +41,12 @@ void addVoxel(int c, Ray ray, uint64_t address, Dda voxels, float length_t, vec3
   if (!(length_t > 0.0) || (kTestVoxel && !isInRange(c, density))) return;
   Sample s = shadeVoxel(c, density, bits);
   if (!isVisible(density, s)) return;
+  noteDensity(density, ink);
   if (kGathersDensities) {
     gatherDensity(c, density, s.color, voxels.t, length_t, ink);
     return;
   }
-  if (kLit) s.color = lightColor(c, s.color, voxelGradient(address, index), ray.dir);
+  if (isShaded()) s.color = lightColor(c, s.color, voxelGradient(address, index), ray.dir);
   if (kChannels == 1) {
     showVoxel(s, voxels, length_t, corner, ink);
   } else {

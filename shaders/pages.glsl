@@ -3,6 +3,7 @@
 
 // The ray of this invocation has come to such a block.
 bool lacks_voxels = false;
+uint blocks_met = 0u;  // by it
 
 // Whether the sample is to be drawn of the pixel: the first time that a band is drawn of all of them, after that of those
 // that lacked something.
@@ -17,9 +18,17 @@ bool isAccepted(uint at) {
   return counts;
 }
 
+// How soon what a ray comes to is to be asked for: 0 first. By shells (Reese 2019, 4): the blocks that it has come to
+// before; by what is left of its light there, each half of it a rank.
+uint rankOfRequest(float transmittance) {
+  uint rank = frame.requests == kRequestsShells ? blocks_met : uint(max(-log2(transmittance), 0.0));
+  return min(rank, kRequestRanks - 1u);
+}
+
 // Says that a ray comes to the block. Whether some drawn channel's voxels are absent.
-bool wantVoxels(uint block) {
+bool wantVoxels(uint block, float transmittance) {
   uint word = scene.pages + (block >> 5);
+  if (frame.rank_words != 0u) word += frame.rank_words * rankOfRequest(transmittance);
   uint bit = 1u << (block & 31u);
   // Mostly it is set: to look is cheaper than to set it again.
   if ((BitArray(frame.wanted).at[word] & bit) == 0u) atomicOr(BitArray(frame.wanted).at[word], bit);
@@ -31,9 +40,12 @@ bool wantVoxels(uint block) {
 
 // What integrates is given the block's own voxels or, where they are absent, the part of the coarser level's block that
 // covers it: in that level's coordinates, between the same planes. So each point of a ray lies in a voxel of one level.
-// Without such a block t_end becomes t_begin. Whether it does.
-bool standIn(inout Ray ray, inout uint block, inout vec3 corner, inout float t_begin, inout float t_end) {
-  if (block == kNone || (kMixed && scene.pages == kNone) || !wantVoxels(block)) return false;
+// Without such a block t_end becomes t_begin. Whether it does. `transmittance`: what the ray has left there.
+bool standIn(float transmittance, inout Ray ray, inout uint block, inout vec3 corner, inout float t_begin, inout float t_end) {
+  if (block == kNone || (kMixed && scene.pages == kNone)) return false;
+  bool absent = wantVoxels(block, transmittance);
+  ++blocks_met;
+  if (!absent) return false;
   block = UintArray(scene.ancestors).at[block];
   if (block == kNone) {
     t_end = t_begin;

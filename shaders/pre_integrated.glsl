@@ -39,8 +39,10 @@ void addPiece(int c, Ray ray, uint64_t voxels, vec3 corner, float t, float next,
               inout Sample mixture, inout Ink ink) {
   float back = densityAt(voxels, placeAt(ray, next) - corner);
   Sample s = sampleBetween(c, front, back);
+  float middle = 0.5 * (front + back);
   front = back;
   if (!(s.extinction > 0.0)) return;
+  noteDensity(middle, ink);
   s.color = litColor(c, s.color, voxels, placeAt(ray, 0.5 * (t + next)) - corner, ray);
   if (kChannels == 1) {
     gather(s, t, next - t, ink);

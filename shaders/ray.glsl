@@ -34,18 +34,8 @@ vec2 cubeInterval(Ray ray, vec3 corner, float side) {
   return vec2(max3(near), min3(far));
 }
 
-// The ray through a place of a pixel, [0, 1) to the right and downwards.
-Ray makeRay(ivec2 pixel, vec2 place) {
-  vec2 position = (vec2(2 * pixel - frame.size) + 2.0 * place) / vec2(frame.size);
-  position.y = -position.y;
-  vec2 slope = position * vec2(frame.half_width, frame.half_height);
-  float world_length = sqrt(1.0 + dot(slope, slope));
-  Ray ray;
-  ray.origin = frame.point_center + position.x * frame.point_right + position.y * frame.point_up;
-  ray.dir = (frame.dir_center + position.x * frame.dir_right + position.y * frame.dir_up) / world_length;
-  ray.t_eye = -frame.point_depth * world_length;
-  ray.length_per_depth = world_length;
-
+// Of a ray that has origin, direction and t_eye the rest, cut to what is drawn of the volume.
+void completeRay(inout Ray ray) {
   // A component this small moves the ray by less than 1e-7 of a voxel over 65536 voxels: it is 0.
   bvec3 still = lessThanEqual(abs(ray.dir), vec3(1e-12 * max3(abs(ray.dir))));
   ray.dir = mix(ray.dir, vec3(0.0), still);
@@ -79,7 +69,57 @@ Ray makeRay(ivec2 pixel, vec2 place) {
   ray.dt = frame.step_voxels / (largest * length(ray.dir / largest));
   // Inside the box only the voxel column counts; its centre keeps every plane away from the ray.
   ray.origin = mix(ray.origin, floor(ray.origin) + 0.5, still);
+}
+
+// The ray through a place of a pixel, [0, 1) to the right and downwards, from a place on the lens, a disc of radius 1. All
+// that go through one point at the depth of the focus come from there.
+Ray makeRay(ivec2 pixel, vec2 place, vec2 lens) {
+  vec2 position = (vec2(2 * pixel - frame.size) + 2.0 * place) / vec2(frame.size);
+  position.y = -position.y;
+  Ray ray;
+  ray.origin = frame.point_center + position.x * frame.point_right + position.y * frame.point_up;
+  if (kLens) {
+    vec2 shift = frame.lens_radius * lens / vec2(frame.half_width, frame.half_height);
+    position -= shift / frame.focus_depth;
+    shift *= 1.0 - frame.point_depth / frame.focus_depth;
+    ray.origin += shift.x * frame.dir_right + shift.y * frame.dir_up;
+  }
+  vec2 slope = position * vec2(frame.half_width, frame.half_height);
+  float world_length = sqrt(1.0 + dot(slope, slope));
+  ray.dir = (frame.dir_center + position.x * frame.dir_right + position.y * frame.dir_up) / world_length;
+  ray.t_eye = -frame.point_depth * world_length;
+  ray.length_per_depth = world_length;
+  completeRay(ray);
   return ray;
+}
+
+// From a point that a ray has come to; `dir` per world unit. It begins a voxel and a half away along its main axis, off what it
+// starts on, and ends at `reach`.
+Ray secondaryRay(vec3 from, vec3 dir, float reach) {
+  Ray ray;
+  ray.origin = from;
+  ray.dir = dir;
+  ray.t_eye = 1.5 / max3(abs(dir));
+  ray.length_per_depth = 1.0;
+  completeRay(ray);
+  ray.t_max = min(ray.t_max, reach);
+  return ray;
+}
+
+// Area for area.
+vec2 onDisc(vec2 units) {
+  float turn = 6.2831853 * units.y;
+  return sqrt(units.x) * vec2(cos(turn), sin(turn));
+}
+
+// World directions around a point, a unit vector each, in index space. The sequence's own first one lies along an axis, in
+// which rays stay in one plane of faces all the way.
+vec3 directionAround(uint index) {
+  vec2 units = directionUnits(index + 1u);
+  float axis = 1.0 - 2.0 * units.x;
+  float turn = 6.2831853 * units.y;
+  vec2 across = sqrt(1.0 - axis * axis) * vec2(cos(turn), sin(turn));
+  return across.x * frame.gradient_rows[0] + across.y * frame.gradient_rows[1] + axis * frame.gradient_rows[2];
 }
 
 // Amanatides & Woo's walk through a lattice of count^3 cubes of `side` voxels, on planes instead of sums.

@@ -20,6 +20,7 @@
 #include "march.glsl"
 #include "integrators.glsl"
 #include "edges.glsl"
+#include "secondary.glsl"
 
 layout(local_size_x = 64) in;
 
@@ -68,7 +69,7 @@ uint traverse(inout Ray ray, inout Ink ink, inout Work work) {
       if (kPaged) {  // every kernel knows whether it is: of the two calls it has one
         Ray local = ray;
         uint holder = block;
-        bool stands_in = standIn(local, holder, corner, t_begin, t_end);
+        bool stands_in = standIn(ink.transmittance, local, holder, corner, t_begin, t_end);
         if (t_end > t_begin) integrateBlock(local, holder, corner, t_begin, t_end, ink, work);
         if (!kMixed || stands_in) standBack();  // of one level it costs less than the branch
       } else {
@@ -120,6 +121,12 @@ uint pixelWord(Ink ink, Work work, uint at, out bool finite) {
     finite = !isnan(ink.t) && !isinf(ink.t);
     return floatBitsToUint(ink.t);
   }
+  if (kOutput == kOutputValue) {
+    bool shows = kGathersDensities ? hasGathered(ink, 0) : ink.t != kHugeT;
+    float value = shownDensity(ink, 0);
+    finite = !shows || !(isnan(value) || isinf(value));
+    return shows ? floatBitsToUint(value) : kNoValue;
+  }
   if (kOutput == kOutputQueries) {
     finite = true;
     return work.queries;
@@ -155,21 +162,30 @@ void main() {
   uint at = uint(in_band.x + frame.size.x * in_band.y);
   if (kPaged && !isNext(at)) return;
   ivec2 pixel = in_band + ivec2(0, push.row_begin);
-  Ray ray = makeRay(pixel, kAntialias ? samplePlace(pixel, push.sample_index) : vec2(0.5));
-  Ink ink = freshInk();
+  vec2 lens = kLens && kAntialias ? onDisc(lensUnits(pixel, push.sample_index)) : vec2(0.0);
+  Ray eye_ray = makeRay(pixel, kAntialias ? samplePlace(pixel, push.sample_index) : vec2(0.5), lens);
+  Ray ray;
+  Ink ink;
   Work work = Work(0u, 0u, 0u, 0u, 0u);
   uint crossed = 0u;
-  if (kDrawsLevels) {  // of the two calls every kernel has one
-    float t_begin = ray.t_min;
-    for (uint level = 0u; level <= frame.far_count && !ink.done; ++level) {
-      Ray part = partOfLevel(ray, level, t_begin);
-      enterLevel(level, part);
-      if (ink.transmittance < scene.transmittance_end) part.t_max = part.t_min;  // of the next one at once
-      crossed = traverse(part, ink, work);  // blocks are counted of one level
-      t_begin = part.t_max;
+  Passes passes = firstPass();
+  for (uint pass = 0u; pass < passes.count; ++pass) {
+    ray = rayOfPass(passes, pass, eye_ray);
+    ink = freshInk();
+    if (kDrawsLevels) {  // of the two calls every kernel has one
+      float t_begin = ray.t_min;
+      for (uint level = 0u; level <= frame.far_count && !ink.done; ++level) {
+        Ray part = partOfLevel(ray, level, t_begin);
+        enterLevel(level, part);
+        if (ink.transmittance < scene.transmittance_end) part.t_max = part.t_min;  // of the next one at once
+        crossed = traverse(part, ink, work);  // blocks are counted of one level
+        t_begin = part.t_max;
+      }
+    } else {
+      crossed = traverse(ray, ink, work);
     }
-  } else {
-    crossed = traverse(ray, ink, work);
+    notePass(pass, ray, ink, passes);
+    if (!kSecondary) break;
   }
   if (kGathersDensities) mixDensities(ink);
   if (kMode == kModeBlocks && crossed > 0u) {

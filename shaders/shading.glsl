@@ -48,6 +48,8 @@ void mixIn(Sample s, inout Sample mixture) {
   mixture.color += (s.color - mixture.color) * (s.extinction / mixture.extinction);
 }
 
+bool isShaded() { return kLit && (!kSecondary || scene.shades); }
+
 // Blinn 1977, two-sided: a head light, whose half vector is the view vector, and one light beside it. `direction` is the
 // ray's in index space per world unit, so that its product with the gradient is the slope along the unit view vector.
 vec3 lightColor(int c, vec3 color, vec3 gradient, vec3 direction) {
@@ -59,6 +61,8 @@ vec3 lightColor(int c, vec3 color, vec3 gradient, vec3 direction) {
   float strength = min(steepness * scene.channels[c].light_strength, 1.0);  // little where the gradient has no direction to speak of
   float facing_eye = min(abs(dot(gradient, direction)) / steepness, 1.0);
   float facing_light = min(abs(dot(gradient, scene.light)) / steepness, 1.0);
-  vec3 lit = color * (0.3 + 0.4 * facing_eye + 0.3 * facing_light) + 0.2 * pow(facing_eye, 32.0);
+  float ambient = kSecondary ? frame.lights.x * scene.ambient_share : frame.lights.x;
+  float key = kSecondary ? frame.lights.z * scene.key_share : frame.lights.z;
+  vec3 lit = color * (ambient + frame.lights.y * facing_eye + key * facing_light) + frame.lights.w * pow(facing_eye, 32.0);
   return color + strength * (lit - color);
 }

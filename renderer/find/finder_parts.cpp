@@ -4,6 +4,7 @@
 #include "renderer/find/block_grid.h"
 #include "renderer/find/octree.h"
 #include "renderer/resident/at_once.h"
+#include "renderer/resident/records.h"
 #include "renderer/resident/upload.h"
 #include "volume/error.h"
 
@@ -98,9 +99,13 @@ std::unique_ptr<Making> makeGrid(Device& device, const StoredVolume& volume,
 std::unique_ptr<Making> makeOctree(Device& device, const StoredVolume& volume, const Need& need,
                                    std::shared_ptr<const ResidentVoxels> voxels) {
   return std::make_unique<BuiltOnHost<Octree, BringOctree>>(
-      device, [records = voxels->records, file = volume.file, of_blocks = need.of_blocks] {
+      device, [records = voxels->records, ranges = voxels->ranges, file = volume.file, need] {
+        // Of several channels nobody looks at the bins.
+        Need of_channel = need;
+        of_channel.channel = 0;
         std::vector<OctreeLeaf> leaves =
-            of_blocks ? blockLeaves(*records) : subblockLeaves(*records, file->info().block_side);
+            need.of_blocks ? blockLeaves(*records)
+                           : subblockLeaves(*records, *rangesOf(*file, of_channel, ranges), file->info().block_side);
         if (file->info().channels.size() > 1) {
           for (OctreeLeaf& leaf : leaves) leaf.range_mask = kAllBins;
         }

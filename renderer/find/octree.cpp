@@ -86,7 +86,7 @@ std::vector<OctreeLeaf> blockLeaves(const Level& level) {
   return leaves;
 }
 
-std::vector<OctreeLeaf> subblockLeaves(const Level& level, int block_side) {
+std::vector<OctreeLeaf> subblockLeaves(const Level& level, std::span<const Subblock> ranges, int block_side) {
   std::vector<OctreeLeaf> leaves;
   for (std::size_t i = 0; i < level.blocks.size(); ++i) {
     const Block& block = level.blocks[i];
@@ -96,7 +96,7 @@ std::vector<OctreeLeaf> subblockLeaves(const Level& level, int block_side) {
       const glm::ivec3 place(local % block_side, local / block_side % block_side, local / (block_side * block_side));
       leaves.push_back({.position = block.origin * block_side + place,
                         .block = static_cast<std::uint32_t>(i),
-                        .range_mask = level.subblocks[block.first_subblock + rank++].range_mask});
+                        .range_mask = ranges[block.first_subblock + rank++].range_mask});
     }
   }
   return leaves;

@@ -2,6 +2,7 @@
 // The octree finder's node array (Lukic 2017): 8 bytes a node, the root first, the eight children of a node in one run.
 #pragma once
 
+#include <span>
 #include <vector>
 
 #include "shaders/kernel_interface.h"
@@ -28,6 +29,6 @@ Octree buildOctree(std::vector<OctreeLeaf> leaves, std::size_t most_nodes = kMax
 
 // The leaves of a level: its blocks; or its stored subblocks.
 std::vector<OctreeLeaf> blockLeaves(const Level& level);
-std::vector<OctreeLeaf> subblockLeaves(const Level& level, int block_side);
+std::vector<OctreeLeaf> subblockLeaves(const Level& level, std::span<const Subblock> ranges, int block_side);
 
 }  // namespace blockwalk

@@ -11,6 +11,7 @@ namespace blockwalk {
 namespace {
 
 constexpr double kFullLightShare = 500;  // docs/integration.md, "Light"
+constexpr double kFarthestDensity = 1e38;
 
 // World to the index space of a level, which is level 0's divided by 2^level.
 glm::dmat4 levelFromWorld(const VolumeInfo& info, int level) {
@@ -69,6 +70,23 @@ float lightStrength(const VolumeInfo& info, std::size_t number) {
   return static_cast<float>(kFullLightShare * unitDistance(info) / std::ldexp(contrast, densityExponent(info, number)));
 }
 
+// Attenuated-mip: the range of a view as it stands, on the device. Ends that are no floats lie where all data is one,
+// and what is narrower than a float is nothing.
+void setAttenuation(const ResolvedView& view, const VolumeInfo& info, const Plan& plan, gpu::FrameParams& params) {
+  params.attenuation = static_cast<float>(std::min(view.attenuation / unitDistance(info), 1e35));
+  for (std::size_t i = 0; i < plan.channels.size(); ++i) {
+    const std::size_t number = plan.channels[i].channel;
+    const DensityRange& range = view.channels[number].range;
+    const auto stored = [&](double data) {
+      return std::ldexp(info.channels[number].storedFromData(data), densityExponent(info, number));
+    };
+    const double lo = std::max(stored(range.lo), -kFarthestDensity);
+    const double width = std::min(stored(range.hi), kFarthestDensity) - lo;
+    params.level.channels[i].range_lo = static_cast<float>(lo);
+    params.level.channels[i].range_width = width < std::numeric_limits<float>::min() ? 0 : static_cast<float>(width);
+  }
+}
+
 void setChannels(const VolumeInfo& info, const Plan& plan, gpu::FrameParams& params) {
   static_assert(kMaxChannels == gpu::kMaxDrawnChannels);
   for (std::size_t i = 0; i < plan.channels.size(); ++i) {
@@ -114,10 +132,21 @@ void setCoarse(const VolumeInfo& info, const Plan& plan, gpu::FrameData& data) {
 }
 
 // f(A w) has the gradient A^T grad f in world space.
-void setLight(const Camera& camera, const glm::dmat3& linear, gpu::FrameParams& params) {
+void setLight(const ResolvedView& view, const VolumeInfo& info, const glm::dmat3& linear, gpu::FrameParams& params) {
   for (int row = 0; row < 3; ++row) params.gradient_rows[row] = glm::vec3(linear[row]);
-  const glm::dvec3 light = glm::normalize(-camera.right + camera.up - camera.forward);
-  params.light = glm::vec3(linear * light);
+  const Camera& camera = view.camera;
+  const glm::dvec3 to = glm::normalize(view.key_light);
+  params.light = glm::vec3(linear * (to.x * camera.right + to.y * camera.up - to.z * camera.forward));
+  const Lights& lights = view.lights;
+  params.lights = glm::vec4(lights.ambient, lights.head, lights.key, lights.highlight);
+  params.shadow = view.shadow && lights.key > 0 ? 1 : 0;
+  params.occlusion_reach = lights.ambient > 0 ? static_cast<float>(view.occlusion * unitDistance(info)) : 0.0f;
+}
+
+void setLens(const ResolvedView& view, gpu::FrameParams& params) {
+  params.lens_radius = static_cast<float>(view.aperture);
+  const double to_target = glm::dot(view.target - view.camera.eye, view.camera.forward);
+  params.focus_depth = static_cast<float>(view.focus == kAtTarget ? to_target : view.focus);
 }
 
 }  // namespace
@@ -137,13 +166,15 @@ gpu::FrameData makeFrameData(const ResolvedView& view, const VolumeInfo& info, c
   params.box_max = glm::vec3(glm::dvec3(info.dims) * std::ldexp(1.0, -plan.level));
   const Camera& camera = view.camera;
   setRays(camera, info, level_from_world, params);
-  if (plan.key.lit != 0) setLight(camera, glm::dmat3(level_from_world), params);
+  if (plan.key.lit != 0) setLight(view, info, glm::dmat3(level_from_world), params);
+  if (plan.key.lens != 0) setLens(view, params);
   params.step_voxels = static_cast<float>(view.step);
   params.sample_bound = static_cast<gpu::uint>(std::ceil(std::sqrt(3.0) * info.subblock_side / view.step)) + 4;
   setClipPlanes(plan.planes, level_from_world, params);
   params.level.block_dims = blockDims(info, plan.level);
   params.size = {view.width, view.height};
   setChannels(info, plan, params);
+  if (view.mode == Mode::attenuated_mip) setAttenuation(view, info, plan, params);
   setCoarse(info, plan, data);
   // Beyond the cap whatever has a length is opaque, and a product with a density of 255 stays finite.
   params.transmittance_bound = static_cast<float>(view.termination);

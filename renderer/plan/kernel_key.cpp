@@ -28,6 +28,7 @@ static_assert(is(VoxelType::u16, gpu::kVoxelU16) && is(VoxelType::f32, gpu::kVox
 static_assert(is(Mode::blend, gpu::kModeBlend) && is(Mode::first_hit, gpu::kModeFirstHit));
 static_assert(is(Mode::blocks, gpu::kModeBlocks) && is(Mode::mip, gpu::kModeMip));
 static_assert(is(Mode::mean, gpu::kModeMean) && is(Mode::iso, gpu::kModeIso));
+static_assert(is(Mode::minip, gpu::kModeMinip) && is(Mode::attenuated_mip, gpu::kModeAttenuatedMip));
 static_assert(is(Filter::nearest, gpu::kFilterNearest) && is(Filter::linear, gpu::kFilterLinear));
 static_assert(is(Classification::post, gpu::kClassificationPost));
 static_assert(is(Classification::pre_integrated, gpu::kClassificationPreIntegrated));
@@ -38,7 +39,8 @@ static_assert(is(Finder::octree, gpu::kFinderOctree) && is(Finder::none, gpu::kF
 }  // namespace
 
 std::string describe(const KernelKey& key) {
-  static constexpr std::string_view kModes[] = {"blend", "first-hit", "blocks", "mip", "mean", "iso"};
+  static constexpr std::string_view kModes[] = {"blend", "first-hit", "blocks", "mip",
+                                                "mean",  "iso",       "minip",  "attenuated-mip"};
   std::string text = fmt::format("{} {} {}", voxelTypeName(static_cast<VoxelType>(key.voxel_type)), kModes[key.mode],
                                  finderName(static_cast<Finder>(key.finder)));
   const auto add = [&](std::uint32_t on, std::string_view word) {
@@ -53,7 +55,7 @@ std::string describe(const KernelKey& key) {
   add(key.classification, "pre-integrated");
   add(key.lit, "lit");
   add(key.opaque_background == 0 ? 1 : 0, "transparent");
-  static constexpr std::string_view kOutputs[] = {"", "point", "cost", "queries", "mesh"};
+  static constexpr std::string_view kOutputs[] = {"", "point", "cost", "queries", "mesh", "value"};
   add(key.output, kOutputs[key.output]);
   add(key.antialias, "antialias");
   if (key.channels > 1) text += fmt::format(" {} channels", key.channels);
@@ -62,6 +64,8 @@ std::string describe(const KernelKey& key) {
   add(key.fine_table, "fine-table");
   add(key.paged, "paged");
   add(key.mixed, "mixed");
+  add(key.secondary, "secondary");
+  add(key.lens, "lens");
   return text + fmt::format(" {}^3x{}^3", key.block_side, key.subblock_side);
 }
 

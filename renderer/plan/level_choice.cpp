@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "renderer/plan/plan.h"
 #include "shaders/kernel_interface.h"
 
 namespace blockwalk {
@@ -55,10 +56,10 @@ double leastTransmittance(const ResolvedView& view, const VolumeInfo& info, int 
   return std::max(0.0, 1 - (level - finest) / (view.lod_alpha * coarser));
 }
 
-// Mode mip never draws means of intensities.
+// One density of a ray is never shown of means of intensities: of coarse levels there are none but the greatest.
 bool isMeanOfIntensities(const ResolvedView& view, const VolumeInfo& info, int level) {
-  return view.mode == Mode::mip && level > 0 && !info.has(level, Form::maxima) &&
-         std::ranges::any_of(view.drawn, [&](int channel) {
+  const bool has_extremes = view.mode == Mode::mip && info.has(level, Form::maxima);
+  return showsExtreme(view.mode) && level > 0 && !has_extremes && std::ranges::any_of(view.drawn, [&](int channel) {
            return info.channels[static_cast<std::size_t>(channel)].values != ChannelValues::labels;
          });
 }
@@ -79,7 +80,8 @@ int drawnLevel(const ResolvedView& view, const VolumeInfo& info, int finest) {
 
 std::vector<FarLevel> farLevels(const ResolvedView& view, const VolumeInfo& info, int level) {
   std::vector<FarLevel> levels;
-  if (view.level != kAutoLevel || view.lod == kOneLevel || view.mode == Mode::blocks) return levels;
+  const bool is_one = view.lod == kOneLevel || view.mode == Mode::blocks || hasSecondaryRays(view);
+  if (view.level != kAutoLevel || is_one) return levels;
   const double farthest = footprintsOf(view, info).farthest;
   const int count = static_cast<int>(info.levels.size());
   for (int coarser = level + 1; coarser < count && levels.size() < gpu::kMaxFarLevels; ++coarser) {

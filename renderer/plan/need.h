@@ -47,9 +47,10 @@ struct TableRecipe {
   StoredRange range;
   std::vector<TransferPoint> transfer;
   TransferShape shape = TransferShape::linear;
-  bool exact = false;          // an entry for every stored value
-  bool mixes_empties = false;  // what is looked up may be a mean with empty voxels
-  bool integrals = false;      // for pre-integration
+  bool exact = false;                                        // an entry for every stored value
+  bool mixes_empties = false;                                // what is looked up may be a mean with empty voxels
+  double reaches = std::numeric_limits<double>::infinity();  // what is looked up may be as low, stored units
+  bool integrals = false;                                    // for pre-integration
   bool operator==(const TableRecipe&) const = default;
 };
 
@@ -68,6 +69,7 @@ struct Need {
   Part part = Part::voxels;
   int level = 0;
   Form form = Form::values;
+  BlockWindow window{};        // of the level's blocks; all of them unless their records are too many
   bool paged = false;          // voxels that come and go block by block, and what is made of those
   bool apron = false;          // voxels with the apron around every subblock, and what is made of those
   int channel = kAllChannels;  // of the volume

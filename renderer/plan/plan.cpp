@@ -9,6 +9,7 @@
 
 #include "renderer/plan/clip_planes.h"
 #include "renderer/plan/level_choice.h"
+#include "renderer/plan/level_window.h"
 #include "renderer/plan/paging.h"
 #include "renderer/plan/plan_needs.h"
 #include "renderer/plan/transfer_table.h"
@@ -126,8 +127,10 @@ std::uint32_t kernelOutput(Output output) {
       return gpu::kOutputQueries;
     case Output::mesh:
       return gpu::kOutputMesh;
+    case Output::value:
+      return gpu::kOutputValue;
   }
-  BLOCKWALK_CHECK(static_cast<int>(output), <=, static_cast<int>(Output::mesh));
+  BLOCKWALK_CHECK(static_cast<int>(output), <=, static_cast<int>(Output::value));
   return gpu::kOutputColor;
 }
 
@@ -159,11 +162,13 @@ bool isOpen(const std::vector<ChannelPlan>& channels, const VolumeInfo& info) {
 
 // Whether colour and opacity change so little from an entry of a channel's table to the next that the nearest one is
 // right to a quarter of an 8-bit step in colour, and to a sixteenth in the opacity of a step.
-bool isFine(const ResolvedView& view, const ChannelInfo& info, const ChannelPlan& channel) {
+bool isFine(const ResolvedView& view, const VolumeInfo& volume, const ChannelPlan& channel) {
+  const ChannelInfo& info = volume.channels[channel.channel];
   const std::vector<TransferPoint>& points = view.channels[channel.channel].transfer;
   if (view.transfer_shape != TransferShape::linear) return false;
   const double width = std::max<double>(std::min<double>(channel.range.hi, info.density_max), channel.range.lo) -
-                       std::min<double>(channel.range.lo, info.density_min);
+                       std::min({static_cast<double>(channel.range.lo), static_cast<double>(info.density_min),
+                                 attenuatedReach(view, volume, channel)});
   const double half_entry = 0.5 * info.value_scale * std::max(width, 1.0) / (kTableEntries - 1);
   const double steps = std::max(view.step, 1.0);
   for (std::size_t i = 1; i < points.size(); ++i) {
@@ -227,16 +232,25 @@ void setPictureKey(const ResolvedView& view, const VolumeInfo& info, Plan& plan)
   key.opaque_background = !colored || view.background[3] == 255 ? 1 : 0;
   key.filter = static_cast<std::uint32_t>(interpolates(view) ? Filter::linear : Filter::nearest);
   key.lit = isLit(view) ? 1 : 0;
+  key.secondary = hasSecondaryRays(view) ? 1 : 0;
+  key.lens = hasLens(view) ? 1 : 0;
   key.classification = static_cast<std::uint32_t>(view.classification);
   key.output = kernelOutput(view.output);
   key.antialias = view.samples > 1 ? 1 : 0;
   const bool looks_up =
       isScalar(info) && view.mode != Mode::blocks && colored && view.mode != Mode::first_hit && view.mode != Mode::iso;
-  const auto is_fine = [&](const ChannelPlan& drawn) { return isFine(view, info.channels[drawn.channel], drawn); };
+  const auto is_fine = [&](const ChannelPlan& drawn) { return isFine(view, info, drawn); };
   key.fine_table = looks_up && std::ranges::all_of(plan.channels, is_fine) ? 1 : 0;
 }
 
 }  // namespace
+
+bool hasSecondaryRays(const ResolvedView& view) {
+  const bool takes_away = (view.shadow && view.lights.key > 0) || (view.occlusion > 0 && view.lights.ambient > 0);
+  return isLit(view) && takes_away;
+}
+
+bool hasLens(const ResolvedView& view) { return view.aperture > 0 && view.samples > 1; }
 
 std::string_view finderName(Finder finder) {
   static constexpr std::string_view kNames[] = {"auto", "query", "grid", "clusters", "boundary", "octree", "none"};
@@ -300,6 +314,12 @@ Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& 
   setPictureKey(view, info, plan);
   if (plan.is_blank) return plan;
   choosePaging(view, info, device, plan);
+  if (plan.isPaged()) chooseWindows(view, info, device, plan);
+  if (windowCells(plan) >= device.most_window_cells && drawnLevel(view, info, plan.level + 1) > plan.level) {
+    DeviceTraits coarser = device;
+    coarser.finest_level = plan.level + 1;
+    return blockwalk::plan(view, info, coarser, count, probe);
+  }
   setNeeds(view, info, plan);
   return plan;
 }

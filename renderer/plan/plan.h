@@ -26,6 +26,10 @@ struct DeviceTraits {
   // Voxels of a level that take more are paged: they come and go block by block. 0: none are.
   std::uint64_t page_above_bytes = 0;
   std::uint64_t page_room_bytes = 0;  // for all of them
+  // Records of a paged level that take more are read by windows (renderer/plan/level_window.h). 0: none are.
+  std::uint64_t record_room_bytes = 0;
+  // A window of so many blocks has found no room: `auto` takes a level whose window has fewer.
+  std::uint64_t most_window_cells = std::numeric_limits<std::uint64_t>::max();
   // The finest level of the volume that `auto` takes: what finer ones need besides voxels has found no room.
   int finest_level = 0;
 };
@@ -42,6 +46,7 @@ struct CoarsePlan {
   int level = 0;
   Form form = Form::values;
   bool paged = false;
+  BlockWindow window{};        // whose records are there
   bool is_walked = false;      // by rays; else it is there for absent voxels alone
   double depth = kInfinity;    // before the eye, from which on it is
   double transmittance = 0;    // of which a ray has less left, from where it is
@@ -53,6 +58,7 @@ struct Plan {
   int level = 0;
   bool is_coarser = false;            // than the view wants, for want of room
   Form form = Form::values;           // of the level: maxima for mip where there are some
+  BlockWindow window{};               // of the level, whose records are there
   int macrocell_voxels = 0;           // clusters and boundary: side of a macrocell
   std::vector<ChannelPlan> channels;  // of those drawn, ascending, those that show something
   std::vector<ClipPlane> planes;      // world
@@ -79,6 +85,11 @@ struct Plan {
 // `count` and `probe` as in FrameOrder. Throws ViewError where the device cannot do what is
 // asked.
 Plan plan(const ResolvedView& view, const VolumeInfo& info, const DeviceTraits& device, bool count, bool probe);
+
+// Whether rays start from what is seen, which go wherever light comes from (docs/integration.md).
+bool hasSecondaryRays(const ResolvedView& view);
+// Whether rays are others than those through the pixels' places from the eye.
+bool hasLens(const ResolvedView& view);
 
 // Whether the finder's tiles of blocks, if it looks blocks up in them, can be counted on the level.
 bool canUse(Finder finder, const VolumeInfo& info, int level);

@@ -19,13 +19,14 @@ TableRecipe tableRecipe(const ResolvedView& view, const VolumeInfo& info, int le
           .exact = info.type != VoxelType::f32 && view.filter == Filter::nearest && looksAtOpacity(view),
           // Averages and interpolations with empty voxels lie below level 0's smallest density.
           .mixes_empties = level > 0 || view.filter == Filter::linear,
+          .reaches = attenuatedReach(view, info, drawn),
           .integrals = view.classification == Classification::pre_integrated};
 }
 
-// The level whose table a level's densities are looked up in. Where the greatest density of all levels is looked up, or
-// the mean over them, they have one.
+// The level whose table a level's densities are looked up in. Where one density of all levels is looked up, or the mean
+// over them, they have one.
 int levelOfTable(const ResolvedView& view, const Plan& plan, int level) {
-  return view.mode == Mode::mip || view.mode == Mode::mean ? std::max(level, plan.farLevel()) : level;
+  return showsExtreme(view.mode) || view.mode == Mode::mean ? std::max(level, plan.farLevel()) : level;
 }
 
 // Another part of the level.
@@ -101,6 +102,13 @@ void addAncestors(const CoarsePlan& stand_in, const Need& of_level, std::vector<
 
 }  // namespace
 
+double attenuatedReach(const ResolvedView& view, const VolumeInfo& info, const ChannelPlan& drawn) {
+  if (view.mode != Mode::attenuated_mip || !isScalar(info)) return kInfinity;
+  const ChannelInfo& channel = info.channels[drawn.channel];
+  const ResolvedChannel& look = view.channels[drawn.channel];
+  return std::max(channel.storedFromData(look.range.lo), channel.storedFromData(look.transfer.front().value));
+}
+
 void setNeeds(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
   std::vector<Need>& needs = plan.needs;
   const auto add = [&](const Need& of_level, bool is_walked) {
@@ -109,9 +117,14 @@ void setNeeds(const ResolvedView& view, const VolumeInfo& info, Plan& plan) {
     }
     if (is_walked) addFinderNeeds(view, info, plan, of_level, needs);
   };
-  const Need own{.level = plan.level, .form = plan.form, .paged = plan.isPaged(), .apron = plan.apron};
+  const Need own{
+      .level = plan.level, .form = plan.form, .window = plan.window, .paged = plan.isPaged(), .apron = plan.apron};
   const auto ofLevel = [&](const CoarsePlan& coarse) {
-    return Need{.level = coarse.level, .form = coarse.form, .paged = coarse.paged, .apron = plan.apron};
+    return Need{.level = coarse.level,
+                .form = coarse.form,
+                .window = coarse.window,
+                .paged = coarse.paged,
+                .apron = plan.apron};
   };
   add(own, true);
   for (CoarsePlan& coarse : plan.coarse) {

@@ -120,7 +120,7 @@ Extent extentOf(const TableRecipe& recipe, const VolumeInfo& info, std::size_t n
   const ChannelInfo& channel = info.channels[number];
   const double least =
       recipe.mixes_empties ? std::min(channel.density_min, emptyValue(info.type, channel)) : channel.density_min;
-  const double lo = std::max<double>(recipe.range.lo, least);
+  const double lo = std::min(std::max<double>(recipe.range.lo, least), recipe.reaches);
   const double hi = std::max<double>(std::min<double>(recipe.range.hi, channel.density_max), lo);
   const int exponent = densityExponent(info, number);
   // A narrower table would have a scale that is no float; one entry more than enough for what is a float is left.

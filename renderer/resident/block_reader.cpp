@@ -14,10 +14,13 @@ BlockReader::BlockReader(std::shared_ptr<const VolumeFile> file, const Need& nee
       subblock_bytes_(deviceSubblockBytes(file_->info(), need.apron)),
       exponent_(densityExponent(file_->info(), static_cast<std::size_t>(need.channel))) {
   if (need.apron) {
-    apron_ = std::make_unique<ApronLevel>(*file_, need.level, need.channel, need.form, cache_bytes);
+    apron_ = std::make_unique<ApronLevel>(*file_, need.level, need.channel, need.form, cache_bytes, need.window);
+    ranges_ = apron_->takeRanges();
     records_ = apron_->shareRecords();
   } else {
-    records_ = std::make_shared<const Level>(file_->readLevel(need.level, need.channel, need.form));
+    auto level = std::make_shared<Level>(file_->readLevel(need.level, need.channel, need.form, need.window));
+    ranges_ = std::exchange(level->subblocks, {});
+    records_ = std::move(level);
   }
 }
 
@@ -33,11 +36,22 @@ std::unique_ptr<BlockReader> BlockReader::another(std::uint64_t cache_bytes) con
   return std::unique_ptr<BlockReader>(new BlockReader(*this, cache_bytes));
 }
 
+void BlockReader::dropCache() {
+  if (apron_ != nullptr) apron_->dropCache();
+  plain_ = {};
+}
+
 void BlockReader::read(std::size_t first, std::size_t count, std::span<std::byte> out) {
   const std::span<std::byte> all = out;
-  if (apron_ == nullptr) {
-    file_->readVoxels(need_.level, need_.channel, records_->blocks[first].first_subblock, out.size() / subblock_bytes_,
-                      out, need_.form);
+  for (std::size_t block = first; apron_ == nullptr && block < first + count;) {
+    // What lies together in the file is read together.
+    const std::uint64_t begin = records_->blocks[block].first_stored;
+    std::uint64_t subblocks = 0;
+    for (; block < first + count && records_->blocks[block].first_stored == begin + subblocks; ++block) {
+      subblocks += records_->blocks[block].subblock_count;
+    }
+    file_->readVoxels(need_.level, need_.channel, begin, subblocks, out.first(subblocks * subblock_bytes_), need_.form);
+    out = out.subspan(subblocks * subblock_bytes_);
   }
   for (std::size_t block = first; apron_ != nullptr && block < first + count; ++block) {
     plain_.resize(records_->blocks[block].subblock_count * apron_->subblockBytes());

@@ -5,6 +5,8 @@
 
 #include <memory>
 #include <span>
+#include <utility>
+#include <vector>
 
 #include "renderer/plan/need.h"
 #include "volume/file/apron.h"
@@ -19,9 +21,14 @@ class BlockReader {
   // The same for another thread, with a cache of its own.
   std::unique_ptr<BlockReader> another(std::uint64_t cache_bytes) const;
 
+  // Without the ranges of its subblocks, which whoever opened it may take once.
   const std::shared_ptr<const Level>& records() const { return records_; }
+  std::vector<Subblock> takeRanges() { return std::exchange(ranges_, {}); }
   std::uint64_t blockBytes(std::size_t block) const { return records_->blocks[block].subblock_count * subblock_bytes_; }
   int exponent() const { return exponent_; }  // of densities on the device (renderer/plan/density_scale.h)
+
+  // Gives back what is kept of neighbours that aprons are made from.
+  void dropCache();
 
   // Of `count` blocks from `first` on, one after the other: `out` has just their bytes. From one thread at a time.
   void read(std::size_t first, std::size_t count, std::span<std::byte> out);
@@ -35,6 +42,7 @@ class BlockReader {
   int exponent_;
   std::unique_ptr<ApronLevel> apron_;
   std::shared_ptr<const Level> records_;
+  std::vector<Subblock> ranges_;
   std::vector<std::byte> plain_;
 };
 

@@ -29,7 +29,11 @@ class HostWork {
 
   // Waits a little, so that whoever asks again at once does not spin.
   bool isReady() { return isReadyWithin(std::chrono::milliseconds(5)); }
-  bool isReadyNow() { return isReadyWithin(std::chrono::milliseconds(0)); }
+  bool isReadyWithin(std::chrono::milliseconds time) {
+    if (taken_) return true;
+    if (task_ != nullptr) start();
+    return result_.wait_for(time) == std::future_status::ready;
+  }
   // Once it is ready. Throws what the work threw.
   T take() {
     taken_ = true;
@@ -37,11 +41,6 @@ class HostWork {
   }
 
  private:
-  bool isReadyWithin(std::chrono::milliseconds time) {
-    if (taken_) return true;
-    if (task_ != nullptr) start();
-    return result_.wait_for(time) == std::future_status::ready;
-  }
   void start() {
     if (host_works.fetch_add(1) >= kMostHostWorks) {
       --host_works;

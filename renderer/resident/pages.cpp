@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <future>
+#include <numeric>
 #include <system_error>
 #include <utility>
 
@@ -20,95 +21,57 @@ constexpr std::uint64_t kBatchBytes = std::uint64_t{4} << 20;
 constexpr std::uint64_t kPageCacheBytes = std::uint64_t{8} << 20;
 constexpr int kMostReaders = 4;
 
-bool isDoneWith(const PagePool::Page& page, std::uint64_t keep_from, const PagePool::Sweep& sweep) {
-  return page.asker == sweep.asker && page.used >= sweep.begun && page.used < std::min(keep_from, sweep.ahead);
-}
-
 }  // namespace
-
-bool PagePool::makeRoom(std::uint64_t bytes, const Sweep& sweep) {
-  if (bytes_ + bytes > most_bytes_) evict(bytes_ + bytes - most_bytes_, sweep);
-  return bytes_ + bytes <= most_bytes_;
-}
-
-std::uint64_t PagePool::evict(std::uint64_t bytes, const Sweep& sweep) {
-  const std::uint64_t before = bytes_;
-  const std::uint64_t keep_from = held_.empty() ? moment_ + 1 : *held_.begin();
-  Pages::iterator page = pages_.end();
-  while (before - bytes_ < bytes && !pages_.empty() && pages_.back().used < keep_from) {
-    if (page == pages_.end()) page = firstToGo(keep_from, sweep);
-    const Pages::iterator next = std::next(page);
-    const std::uint64_t changes = changes_ + 1;
-    page->owner->drop(page);
-    // What writes its address may itself have made room.
-    const bool goes_on = changes_ == changes && next != pages_.end() && isDoneWith(*next, keep_from, sweep);
-    page = goes_on ? next : pages_.end();
-  }
-  return before - bytes_;
-}
-
-PagePool::Pages::iterator PagePool::firstToGo(std::uint64_t keep_from, const Sweep& sweep) {
-  const Pages::iterator oldest = std::prev(pages_.end());
-  // The one used last comes first: where the oldest is still to be drawn with there is none before it that is not.
-  if (oldest->used < sweep.begun || oldest->used >= std::min(keep_from, sweep.ahead)) return oldest;
-  const Pages::iterator newest =
-      std::ranges::find_if(pages_, [&](const Page& page) { return isDoneWith(page, keep_from, sweep); });
-  return newest == pages_.end() ? oldest : newest;
-}
-
-void PagePool::use(Pages::iterator page, std::uint64_t moment, Asker asker) {
-  page->used = moment;
-  page->asker = asker;
-  pages_.splice(pages_.begin(), pages_, page);
-  ++changes_;
-}
-
-void PagePool::awaitTurn(Asker asker) {
-  if (std::ranges::find(turns_, asker) == turns_.end()) turns_.push_back(asker);
-}
-
-PagePool::Pages::iterator PagePool::add(Page page) {
-  bytes_ += page.voxels.bytes();
-  pages_.push_front(std::move(page));
-  ++changes_;
-  return pages_.begin();
-}
-
-PagePool::Pages PagePool::unlink(Pages::iterator page) {
-  bytes_ -= page->voxels.bytes();
-  ++changes_;
-  Pages alone;
-  alone.splice(alone.begin(), pages_, page);
-  return alone;
-}
-
-// To where it was: among those used as long ago.
-PagePool::Pages::iterator PagePool::relink(Pages page) {
-  bytes_ += page.front().voxels.bytes();
-  ++changes_;
-  const std::uint64_t used = page.front().used;
-  const Pages::iterator at = page.begin();
-  pages_.splice(std::ranges::find_if(pages_, [&](const Page& other) { return other.used <= used; }), page);
-  return at;
-}
 
 PagedVoxels::PagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarters, const StoredVolume& volume,
                          const Need& need, std::shared_ptr<BlockReader> reader)
     : device_(device),
       pool_(pool),
       quarter_kernels_(quarters),
+      volume_(volume.serial),
       file_(volume.file),
       need_(need),
       present_(reader->records()->blocks.size()) {
   readers_.push_back(std::move(reader));
   const auto most = static_cast<std::size_t>(std::min(kMostReaders, hostProcessors().to_use));
   while (readers_.size() < most) readers_.push_back(readers_.front()->another(kPageCacheBytes));
+  pool_.sharers_.push_back(this);
 }
 
 PagedVoxels::~PagedVoxels() {
+  std::erase(pool_.sharers_, this);
   for (const auto& page : present_) {
-    if (page) pool_.unlink(*page);
+    if (page) pool_.leave(*page, this);
   }
+}
+
+bool PagedVoxels::isOfOneLevelWith(const PagedVoxels& other) const {
+  Need need = other.need_;
+  need.window = need_.window;
+  return &other != this && other.volume_ == volume_ && need == need_;
+}
+
+std::optional<std::uint32_t> PagedVoxels::find(glm::ivec3 origin) const {
+  const std::vector<Block>& blocks = readers_.front()->records()->blocks;
+  const auto codeOf = [](const Block& block) { return mortonCode(glm::uvec3(block.origin)); };
+  const std::uint64_t code = mortonCode(glm::uvec3(origin));
+  const auto found = std::ranges::lower_bound(blocks, code, {}, codeOf);
+  if (found == blocks.end() || codeOf(*found) != code) return std::nullopt;
+  return static_cast<std::uint32_t>(found - blocks.begin());
+}
+
+// The address before all else: what cannot be written is not shared.
+void PagedVoxels::share(PagePool::Pages::iterator page, std::uint32_t block) {
+  setAddress(block, page->voxels.address());
+  page->holders.push_back({.voxels = this, .block = block});
+  present_[block] = page;
+  bytes_ += page->voxels.bytes();
+}
+
+void PagedVoxels::lose(std::uint32_t block, std::uint64_t bytes) {
+  setAddress(block, 0);
+  present_[block].reset();
+  bytes_ -= bytes;
 }
 
 std::vector<std::uint32_t> PagedVoxels::note(std::span<const std::uint32_t> bits, std::uint64_t moment, Asker asker) {
@@ -117,6 +80,7 @@ std::vector<std::uint32_t> PagedVoxels::note(std::span<const std::uint32_t> bits
     if (!isPresent(block)) return absent.push_back(block);
     pool_.use(*present_[block], moment, asker);
   });
+  shareAbsent(absent, moment, asker);
   return absent;
 }
 
@@ -138,37 +102,52 @@ void PagedVoxels::tryAgain() {
   failure_.clear();
 }
 
-bool PagedVoxels::advance(Asker asker, bool waits) {
+bool PagedVoxels::advance(Asker asker, std::chrono::milliseconds patience) {
   std::optional<Batch> read;
   const Asker read_for = batch_for_;
+  const PagePool::Sweep begun_with = batch_sweep_;
   if (batch_ != nullptr) {
-    if (!(waits ? batch_->isReady() : batch_->isReadyNow())) return true;
+    if (!batch_->isReadyWithin(patience)) return true;
     read = std::exchange(batch_, nullptr)->take();
   }
   startNext(read);  // read while the last one is copied
-  if (read) {
-    const auto wish = wishes_.find(read_for);
-    const bool has_room = bringIn(*read, wish == wishes_.end() ? PagePool::Sweep{} : wish->second.sweep);
-    if (!has_room && wish != wishes_.end()) wish->second = {.blocks = {}, .sweep = {}, .is_short = true};
-  }
+  if (read) bringInFor(read_for, begun_with, *read);
+  if (batch_ == nullptr) dropCaches();
   const auto mine = wishes_.find(asker);
   return (batch_ != nullptr && batch_for_ == asker) || (mine != wishes_.end() && !mine->second.blocks.empty());
 }
 
+// What was read for one who has gone since takes no more room than it might have then.
+void PagedVoxels::bringInFor(Asker asker, const PagePool::Sweep& begun_with, const Batch& batch) {
+  const auto wish = wishes_.find(asker);
+  if (wish == wishes_.end()) {
+    bringIn(batch, {.spares = begun_with.spares, .is_ahead = begun_with.is_ahead});
+  } else if (!bringIn(batch, wish->second.sweep)) {
+    wish->second = {.blocks = {}, .sweep = {}, .is_short = true};
+  }
+}
+
 // Whoever follows the one that had the last batch, if there is somebody.
 void PagedVoxels::startNext(const std::optional<Batch>& read) {
+  std::vector<std::uint32_t> has_been_read = read ? read->blocks : std::vector<std::uint32_t>();
+  std::ranges::sort(has_been_read);
   auto next = wishes_.upper_bound(batch_for_);
   for (std::size_t i = 0; i < wishes_.size(); ++i, ++next) {
     if (next == wishes_.end()) next = wishes_.begin();
     std::vector<std::uint32_t>& wanted = next->second.blocks;
     std::erase_if(wanted, [&](std::uint32_t block) {
-      return isPresent(block) || unreadable_.contains(block) ||
-             (read && std::ranges::binary_search(read->blocks, block));
+      return isPresent(block) || unreadable_.contains(block) || std::ranges::binary_search(has_been_read, block);
     });
     if (wanted.empty()) continue;
     batch_for_ = next->first;
+    batch_sweep_ = next->second.sweep;
     return startBatch(wanted);
   }
+}
+
+// Of what was read: only what lies beside it in the file makes use of that.
+void PagedVoxels::dropCaches() {
+  for (const std::shared_ptr<BlockReader>& reader : readers_) reader->dropCache();
 }
 
 void PagedVoxels::startBatch(std::vector<std::uint32_t>& wanted) {
@@ -190,13 +169,17 @@ PagedVoxels::Batch PagedVoxels::readBatch(const std::vector<std::shared_ptr<Bloc
   Batch batch{.blocks = std::move(blocks), .voxels = {}, .failure = {}};
   const std::size_t count = batch.blocks.size();
   batch.voxels.resize(count);
+  std::vector<std::size_t> in_file(count);
+  std::iota(in_file.begin(), in_file.end(), std::size_t{0});
+  std::ranges::sort(in_file, {}, [&](std::size_t i) { return batch.blocks[i]; });
   std::vector<std::string> failures(readers.size());
   const auto readRun = [&](std::size_t thread) {
-    for (std::size_t i = count * thread / readers.size(); i < count * (thread + 1) / readers.size(); ++i) {
-      std::vector<std::byte>& voxels = batch.voxels[i];
-      voxels.resize(readers[thread]->blockBytes(batch.blocks[i]));
+    for (std::size_t at = count * thread / readers.size(); at < count * (thread + 1) / readers.size(); ++at) {
+      const std::uint32_t block = batch.blocks[in_file[at]];
+      std::vector<std::byte>& voxels = batch.voxels[in_file[at]];
+      voxels.resize(readers[thread]->blockBytes(block));
       try {
-        readers[thread]->read(batch.blocks[i], 1, voxels);
+        readers[thread]->read(block, 1, voxels);
       } catch (const DataError& error) {
         failures[thread] = error.what();
         voxels.clear();
@@ -238,7 +221,11 @@ bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
     if (isPresent(block)) continue;
     has_room = pool_.makeRoom(batch.voxels[i].size(), sweep);
     if (!has_room) break;
-    PagePool::Page page{.owner = this, .block = block, .used = pool_.moment(), .asker = sweep.asker, .voxels = {}};
+    PagePool::Page page{.holders = {{.voxels = this, .block = block}},
+                        .used = pool_.moment(),
+                        .asker = sweep.asker,
+                        .is_ahead = sweep.is_ahead,
+                        .voxels = {}};
     try {
       page.voxels = Buffer(device_, batch.voxels[i].size(), BufferUse::resident);
       uploadBytes(device_, page.voxels, batch.voxels[i]);
@@ -252,32 +239,43 @@ bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
     arrived.push_back(block);
     ++arrived_;
   }
-  for (const ResidentQuarters* quarters : quarters_) {
-    quarter_kernels_.refresh(need_, file_->info(), *quarters, arrived);
-  }
+  std::ranges::sort(arrived);
+  makeKnown(arrived);
   return has_room;
 }
 
-// What writes the address may itself need room: the page is in no list by then.
-void PagedVoxels::drop(PagePool::Pages::iterator page) {
-  PagePool::Pages dropped = pool_.unlink(page);
-  const std::uint32_t block = dropped.front().block;
-  present_[block].reset();
-  try {
-    setAddress(block, 0);
-  } catch (...) {  // the device still reads it
-    present_[block] = pool_.relink(std::move(dropped));
-    throw;
+// Of blocks that are absent here, those that are present in another window of the level.
+void PagedVoxels::shareAbsent(std::span<const std::uint32_t> absent, std::uint64_t moment, Asker asker) {
+  if (absent.empty()) return;
+  std::vector<std::uint32_t> shared;
+  for (const PagedVoxels* other : pool_.sharers_) {
+    if (!isOfOneLevelWith(*other)) continue;
+    for (const std::uint32_t block : absent) {
+      if (isPresent(block)) continue;
+      const std::optional<std::uint32_t> theirs = other->find(readers_.front()->records()->blocks[block].origin);
+      if (!theirs || !other->isPresent(*theirs)) continue;
+      share(*other->present_[*theirs], block);
+      pool_.use(*present_[block], moment, asker);
+      shared.push_back(block);
+    }
   }
-  bytes_ -= dropped.front().voxels.bytes();
+  std::ranges::sort(shared);
+  makeKnown(shared);
 }
 
+// Of blocks whose voxels have come: which quarters may show something.
+void PagedVoxels::makeKnown(std::span<const std::uint32_t> arrived) {
+  if (arrived.empty()) return;
+  for (const ResidentQuarters* quarters : quarters_) {
+    quarter_kernels_.refresh(need_, file_->info(), *quarters, arrived);
+  }
+}
+
+// Takes no memory: what gives way for some could be what is written.
 void PagedVoxels::setAddress(std::uint32_t block, std::uint64_t address) {
   if (blocks_ == nullptr) return;
-  const auto bytes = std::as_bytes(std::span(&address, 1));
   const std::uint64_t at = block * sizeof(gpu::GpuBlock) + offsetof(gpu::GpuBlock, voxels);
-  uploadBytes(device_, blocks_->records, at, bytes.size(),
-              [&](std::uint64_t, std::span<std::byte> out) { std::ranges::copy(bytes, out.begin()); });
+  writeWord(device_, blocks_->records, at, address);
 }
 
 void PagedVoxels::follow(const ResidentBlocks* blocks) {
@@ -289,11 +287,15 @@ void PagedVoxels::follow(const ResidentBlocks* blocks) {
 
 void PagedVoxels::follow(const ResidentQuarters* quarters) {
   quarters_.push_back(quarters);
+  quarter_kernels_.refresh(need_, file_->info(), *quarters, presentBlocks());
+}
+
+std::vector<std::uint32_t> PagedVoxels::presentBlocks() const {
   std::vector<std::uint32_t> present;
   for (std::uint32_t block = 0; block < present_.size(); ++block) {
     if (isPresent(block)) present.push_back(block);
   }
-  quarter_kernels_.refresh(need_, file_->info(), *quarters, present);
+  return present;
 }
 
 void PagedVoxels::leave(const ResidentBlocks* blocks) noexcept {
@@ -307,20 +309,26 @@ namespace {
 class PagedMaking final : public Making {
  public:
   PagedMaking(Device& device, PagePool& pool, VisibleQuarters& quarters, const StoredVolume& volume, const Need& need)
-      : device_(device),
-        pool_(pool),
-        quarters_(quarters),
-        volume_(volume),
-        need_(need),
-        opening_([file = volume.file, need] { return std::make_shared<BlockReader>(file, need, kPageCacheBytes); }) {}
+      : device_(device), pool_(pool), quarters_(quarters), volume_(volume), need_(need) {}
 
   std::unique_ptr<Resident> advance() override {
-    if (!opening_.isReady()) return nullptr;
-    std::shared_ptr<BlockReader> reader = opening_.take();
+    if (!opening_) {
+      // What will not fit is refused before it is read, where it is known how much that is.
+      const LevelInfo& level = volume_.file->info().level(need_.level, need_.form);
+      if (need_.window.holds(latticeDims(level.dims, volume_.file->info().blockVoxels()))) {
+        device_.makeRoom(PagedVoxels::hostBytes(need_.apron ? level.apron_block_count : level.block_count));
+      }
+      opening_.emplace(
+          [file = volume_.file, need = need_] { return std::make_shared<BlockReader>(file, need, kPageCacheBytes); });
+    }
+    if (!opening_->isReady()) return nullptr;
+    std::shared_ptr<BlockReader> reader = opening_->take();
     auto made = std::make_unique<ResidentVoxels>();
     made->block_addresses.resize(reader->records()->blocks.size());
     made->records = reader->records();
+    made->ranges = std::make_shared<const std::vector<Subblock>>(reader->takeRanges());
     made->exponent = reader->exponent();
+    made->on_host = HostShare(device_, PagedVoxels::hostBytes(made->records->blocks.size()));
     made->pages = std::make_unique<PagedVoxels>(device_, pool_, quarters_, volume_, need_, std::move(reader));
     return made;
   }
@@ -331,7 +339,7 @@ class PagedMaking final : public Making {
   VisibleQuarters& quarters_;
   StoredVolume volume_;
   Need need_;
-  HostWork<std::shared_ptr<BlockReader>> opening_;
+  std::optional<HostWork<std::shared_ptr<BlockReader>>> opening_;
 };
 
 }  // namespace

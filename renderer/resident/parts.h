@@ -5,6 +5,7 @@
 #include "renderer/resident/pins.h"
 #include "renderer/vulkan/acceleration.h"
 #include "renderer/vulkan/buffer.h"
+#include "renderer/vulkan/host_share.h"
 #include "view/frame.h"
 #include "volume/volume.h"
 
@@ -19,8 +20,11 @@ struct ResidentVoxels final : Resident {
   std::vector<Buffer> chunks;                  // no block crosses from one to the next
   std::vector<std::uint64_t> block_addresses;  // on the device; 0 of those that come and go
   std::unique_ptr<PagedVoxels> pages;          // that do; null where all are there
-  std::shared_ptr<const Level> records;        // on the host, with the ranges of the apron where there is one
-  int exponent = 0;                            // of densities on the device (renderer/plan/density_scale.h)
+  std::shared_ptr<const Level> records;        // on the host, without the ranges of subblocks
+  // Those, with the apron where there is one, until the device has them.
+  mutable std::shared_ptr<const std::vector<Subblock>> ranges;
+  HostShare on_host;  // what all those take
+  int exponent = 0;   // of densities on the device (renderer/plan/density_scale.h)
 
   std::uint64_t bytes() const override;
 };

@@ -16,7 +16,7 @@ const std::shared_ptr<const Slot>& Pins::find(const Need& need) const {
 std::shared_ptr<const Slot> Pins::voxelsOf(const Need& of_level) const {
   const auto found = std::ranges::find_if(pins_, [&](const Pin& pin) {
     return pin.need.part == Part::voxels && pin.need.level == of_level.level && pin.need.form == of_level.form &&
-           pin.need.apron == of_level.apron && pin.need.paged == of_level.paged;
+           pin.need.window == of_level.window && pin.need.apron == of_level.apron && pin.need.paged == of_level.paged;
   });
   return found == pins_.end() ? nullptr : found->slot;
 }

@@ -3,11 +3,13 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 
 #include "renderer/plan/aproned_layout.h"
 #include "renderer/plan/density_scale.h"
 #include "renderer/plan/transfer_table.h"
 #include "renderer/resident/at_once.h"
+#include "renderer/resident/host_work.h"
 #include "renderer/resident/pages.h"
 #include "renderer/resident/upload.h"
 #include "shaders/kernel_interface.h"
@@ -86,24 +88,38 @@ class BlockMaking final : public Making {
 
 class MaskMaking final : public Making {
  public:
-  MaskMaking(Device& device, std::shared_ptr<const ResidentVoxels> voxels)
-      : voxels_(std::move(voxels)),
-        upload_(device, voxels_->records->subblocks.size(), sizeof(gpu::GpuSubblock),
-                writeRecords([voxels = voxels_.get()](std::size_t i) {
-                  return gpuSubblock(voxels->records->subblocks[i], voxels->exponent);
-                })) {}
+  MaskMaking(Device& device, const StoredVolume& volume, const Need& need, std::shared_ptr<const ResidentVoxels> voxels)
+      : device_(device), voxels_(std::move(voxels)), ranges_(voxels_->ranges) {
+    if (ranges_ == nullptr) {
+      reading_.emplace([file = volume.file, need] { return rangesOf(*file, need, nullptr); });
+    }
+  }
   std::unique_ptr<Resident> advance() override {
-    if (upload_.advance()) return nullptr;
+    if (ranges_ == nullptr) {
+      if (!reading_->isReady()) return nullptr;
+      ranges_ = reading_->take();
+    }
+    if (!upload_) {
+      upload_.emplace(device_, ranges_->size(), sizeof(gpu::GpuSubblock),
+                      writeRecords([ranges = ranges_.get(), exponent = voxels_->exponent](std::size_t i) {
+                        return gpuSubblock((*ranges)[i], exponent);
+                      }));
+    }
+    if (upload_->advance()) return nullptr;
     auto made = std::make_unique<ResidentMasks>();
-    made->records = upload_.take();
-    made->count = static_cast<std::uint32_t>(voxels_->records->subblocks.size());
+    made->records = upload_->take();
+    made->count = static_cast<std::uint32_t>(ranges_->size());
+    voxels_->ranges.reset();
     return made;
   }
-  std::uint64_t bytes() const override { return upload_.bytes(); }
+  std::uint64_t bytes() const override { return upload_ ? upload_->bytes() : 0; }
 
  private:
+  Device& device_;
   std::shared_ptr<const ResidentVoxels> voxels_;
-  Upload upload_;
+  Ranges ranges_;
+  std::optional<HostWork<Ranges>> reading_;
+  std::optional<Upload> upload_;
 };
 
 // A voxel of a density alone; rgba8 has it without colour.
@@ -128,8 +144,16 @@ std::unique_ptr<Making> makeBlocks(Device& device, const StoredVolume& volume,
   return std::make_unique<BlockMaking>(device, volume.file->info().blockVoxels(), std::move(voxels));
 }
 
-std::unique_ptr<Making> makeMasks(Device& device, std::shared_ptr<const ResidentVoxels> voxels) {
-  return std::make_unique<MaskMaking>(device, std::move(voxels));
+std::unique_ptr<Making> makeMasks(Device& device, const StoredVolume& volume, const Need& need,
+                                  std::shared_ptr<const ResidentVoxels> voxels) {
+  return std::make_unique<MaskMaking>(device, volume, need, std::move(voxels));
+}
+
+Ranges rangesOf(const VolumeFile& file, const Need& need, Ranges kept) {
+  if (kept != nullptr) return kept;
+  Level level = need.apron ? file.readApronLevel(need.level, need.channel, need.form, need.window)
+                           : file.readLevel(need.level, need.channel, need.form, need.window);
+  return std::make_shared<const std::vector<Subblock>>(std::move(level.subblocks));
 }
 
 std::unique_ptr<Making> makeAncestors(Device& device, const Need& need, std::shared_ptr<const ResidentVoxels> voxels,

@@ -66,14 +66,16 @@ class VoxelMaking final : public Making {
   void open() {
     reader_ = opening_.take();
     const Level& records = *reader_->records();
-    if (records.subblocks.size() >= gpu::kNone) {
-      throw ViewError(
-          "level", fmt::format("{}: {} has {} subblocks, a device takes fewer than {}; use a coarser level",
-                               need_.level, file_->path().filename().string(), records.subblocks.size(), gpu::kNone));
+    if (records.info.subblock_count >= gpu::kNone) {
+      throw ViewError("level", fmt::format("{}: {} has {} subblocks, a device takes fewer than {}; use a coarser level",
+                                           need_.level, file_->path().filename().string(), records.info.subblock_count,
+                                           gpu::kNone));
     }
     chunks_ = cutIntoChunks(*reader_, chunk_bytes_);
     made_->records = reader_->records();
+    made_->ranges = std::make_shared<const std::vector<Subblock>>(reader_->takeRanges());
     made_->exponent = reader_->exponent();
+    made_->on_host = HostShare(device_, records.blocks.size() * (sizeof(Block) + sizeof(std::uint64_t)));
     made_->block_addresses.reserve(records.blocks.size());
     std::uint64_t bytes = 0;
     for (const Chunk& chunk : chunks_) bytes += chunk.bytes;

@@ -118,6 +118,16 @@ void uploadBytes(Device& device, const Buffer& target, std::uint64_t offset, std
   }
 }
 
+void writeWord(Device& device, const Buffer& target, std::uint64_t offset, std::uint64_t word) {
+  if (target.isMapped()) {
+    std::memcpy(target.mapped().data() + offset, &word, sizeof word);
+    return;
+  }
+  device.submitAndWait([&](const vk::raii::CommandBuffer& commands) {
+    commands.updateBuffer<std::uint64_t>(target.handle(), offset, word);
+  });
+}
+
 void uploadBytes(Device& device, const Buffer& target, std::span<const std::byte> bytes) {
   uploadBytes(device, target, 0, bytes.size(), [&](std::uint64_t offset, std::span<std::byte> piece) {
     std::memcpy(piece.data(), bytes.data() + offset, piece.size());

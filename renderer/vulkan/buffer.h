@@ -57,4 +57,7 @@ Buffer uploadVector(Device& device, const std::vector<T>& values) {
   return buffer;
 }
 
+// Eight bytes, at a multiple of four. Takes no memory.
+void writeWord(Device& device, const Buffer& target, std::uint64_t offset, std::uint64_t word);
+
 }  // namespace blockwalk

@@ -40,7 +40,7 @@ Memory::Memory(const vk::raii::PhysicalDevice& physical, const vk::raii::Device&
   }
 }
 
-std::uint64_t Memory::usedBytes() const { return std::accumulate(used_.begin(), used_.end(), std::uint64_t{0}); }
+std::uint64_t Memory::usedBytes() const { return std::accumulate(used_.begin(), used_.end(), host_); }
 
 std::uint64_t Memory::lessReserve(std::uint64_t free) const {
   const std::uint64_t reserve = software_ ? kSoftwareReserve : kReserve;

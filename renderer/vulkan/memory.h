@@ -67,7 +67,10 @@ class Memory {
   void requireOfHost(std::uint64_t bytes, const char* what) const;
   // That could be taken of the largest device-local heap, less the reserve.
   std::uint64_t freeBytes() const { return freeBytes(main_heap_); }
-  std::uint64_t usedBytes() const;  // by pieces
+  std::uint64_t usedBytes() const;  // by pieces, and of the host
+  // What the host keeps for the sake of volumes (renderer/vulkan/host_share.h).
+  void hostTakes(std::uint64_t bytes) { host_ += bytes; }
+  void hostGives(std::uint64_t bytes) noexcept { host_ -= bytes; }
   std::uint64_t usedBytes(BufferUse use) const { return used_[static_cast<std::size_t>(use)]; }
   std::size_t allocations() const { return allocations_; }
 
@@ -92,6 +95,7 @@ class Memory {
   std::uint32_t main_heap_ = 0;
   std::array<std::uint64_t, VK_MAX_MEMORY_HEAPS> heap_used_{};  // allocated, pages whole
   std::array<std::uint64_t, kBufferUses> used_{};
+  std::uint64_t host_ = 0;
   std::size_t allocations_ = 0;
   std::vector<std::unique_ptr<Page>> pages_;
 };

@@ -2,6 +2,7 @@
 // Several channels together (docs/integration.md, Channels).
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "tests/reference/classify.h"
 #include "tests/reference/field.h"
@@ -94,7 +95,7 @@ class Composition {
   void add(const Mixture& mixture, Interval piece) {
     if (!(mixture.sigma > 0)) return;
     const double optical_depth = mixture.sigma * ((piece.t_max - piece.t_min) / unit_);
-    half_.add(mixture.sigma / unit_, piece);
+    half_.add(mixture.sigma / unit_, piece, std::numeric_limits<double>::quiet_NaN());
     light_ += transmittance_ * -std::expm1(-optical_depth) * mixture.color();
     transmittance_ *= std::exp(-optical_depth);
   }
@@ -188,7 +189,7 @@ void linearFirstHit(const Channels& channels, const View& view, const CutRay& cu
   });
 }
 
-// mip, mean: each channel by itself, the colours added.
+// mip, minip, attenuated-mip, mean: each channel by itself, the colours added.
 Pixel addedPixel(std::span<const DenseVolume> drawn, const View& view, int x, int y, glm::dvec2 place) {
   Pixel sum;
   glm::dvec3 color(0);
@@ -215,7 +216,7 @@ Pixel renderPixel(std::span<const DenseVolume> drawn, const View& resolved, int 
     pixel.margin /= drawn[0].contrast;
     return pixel;
   }
-  if (resolved.mode == Mode::mip || resolved.mode == Mode::mean) return addedPixel(drawn, resolved, x, y, place);
+  if (showsExtreme(resolved.mode) || resolved.mode == Mode::mean) return addedPixel(drawn, resolved, x, y, place);
   const CutRay cut = cutRay(drawn[0], resolved, x, y, place);
   Pixel pixel;
   pixel.face_distance = faceDistance(cut);

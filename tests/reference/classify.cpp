@@ -95,6 +95,17 @@ bool Classifier::isVisible(double density) const {
   return !needs_opacity || transferPieceAt(look.transfer, data, view.transfer_shape).at_value.opacity > 0;
 }
 
+double Classifier::shareOf(double density) const {
+  const DensityRange given = look.range.value();
+  if (given.hi == given.lo) return 1;
+  return std::clamp((dataOf(density) - given.lo) / (given.hi - given.lo), 0.0, 1.0);
+}
+
+double Classifier::densityAt(double share) const {
+  const DensityRange given = look.range.value();
+  return storedOf(given.lo + share * (given.hi - given.lo));
+}
+
 Material Classifier::materialAt(const glm::dvec4& field) const {
   if (volume.type == VoxelType::rgba8) {
     return {.color = field.w > 0 ? glm::dvec3(field) / field.w : glm::dvec3(0),

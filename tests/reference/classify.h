@@ -35,6 +35,9 @@ struct Classifier {
   double dataOf(double stored) const { return volume.value_offset + volume.value_scale * stored; }
   double storedOf(double data) const { return (data - volume.value_offset) / volume.value_scale; }
   bool isVisible(double density) const;
+  // Attenuated-mip: where in the view's range a density lies, 0..1, and the density that lies there.
+  double shareOf(double density) const;
+  double densityAt(double share) const;
 
   // Of a value of the field (tests/reference/field.h), visible or not.
   Material materialAt(const glm::dvec4& field) const;

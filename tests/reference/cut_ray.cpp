@@ -8,8 +8,11 @@
 
 namespace blockwalk::reference {
 
-CutRay cutRay(const DenseVolume& volume, const View& view, int x, int y, glm::dvec2 place) {
-  const Ray world = worldRay(view, x, y, place);
+CutRay cutRay(const DenseVolume& volume, const View& view, int x, int y, glm::dvec2 place, glm::dvec2 lens) {
+  return cutWorldRay(volume, view, worldRay(view, x, y, place, lens));
+}
+
+CutRay cutWorldRay(const DenseVolume& volume, const View& view, const Ray& world) {
   CutRay cut{.world = world,
              .ray = indexRay(volume, world),
              .interval = {.t_min = 0, .t_max = std::numeric_limits<double>::infinity()}};
@@ -62,6 +65,7 @@ Lattice latticeOf(const DenseVolume& volume, const View& view, const CutRay& cut
   const glm::dvec3 forward = glm::normalize(view.target.value() - view.eye.value());
   const double depth = glm::dot((lo + hi) / 2.0 - view.eye.value(), forward);
   const bool from_center = view.ortho_height.has_value() || depth > glm::length(hi - lo) / 2;
+  if (cut.lattice_zero) return {.t_zero = *cut.lattice_zero, .dt = view.step / glm::length(cut.ray.direction)};
   return {.t_zero = from_center ? depth / glm::dot(cut.world.direction, forward) : 0,
           .dt = view.step / glm::length(cut.ray.direction)};
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 
 #include "tests/reference/dense_volume.h"
 #include "tests/reference/ray.h"
@@ -17,11 +18,14 @@ struct CutRay {
   Ray world;
   Ray ray;
   Interval interval;
-  double edge_distance = 0;    // to the edges of the boxes, in voxels
-  bool starts_inside = false;  // at the eye or at a clip face, not at a face of the volume
+  double edge_distance = 0;                 // to the edges of the boxes, in voxels
+  bool starts_inside = false;               // at the eye or at a clip face, not at a face of the volume
+  std::optional<double> lattice_zero = {};  // where its samples count from; else as of a ray from the eye
 };
 
-CutRay cutRay(const DenseVolume& volume, const View& view, int x, int y, glm::dvec2 place = kPixelCentre);
+CutRay cutRay(const DenseVolume& volume, const View& view, int x, int y, glm::dvec2 place = kPixelCentre,
+              glm::dvec2 lens = {0, 0});
+CutRay cutWorldRay(const DenseVolume& volume, const View& view, const Ray& world);
 
 // The ray stays within this distance of one plane of voxel faces all the way, in voxels.
 double faceDistance(const CutRay& cut);

@@ -39,6 +39,8 @@ class Parts {
       case Mode::mean:
         return addMean(volume, part);
       case Mode::blocks:
+      case Mode::minip:  // of one level always
+      case Mode::attenuated_mip:
         return;
     }
   }

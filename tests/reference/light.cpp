@@ -19,10 +19,12 @@ glm::dvec3 shade(const DenseVolume& volume, const View& view, const Ray& world_r
   const glm::dvec3 v = -world_ray.direction;
   const glm::dvec3 forward = glm::normalize(view.target.value() - view.eye.value());
   const glm::dvec3 right = glm::normalize(glm::cross(forward, view.up.value()));
-  const glm::dvec3 l = glm::normalize(-right + glm::cross(right, forward) - forward);
+  const glm::dvec3 k = view.key_light;
+  const glm::dvec3 l = glm::normalize(k.x * right + k.y * glm::cross(right, forward) - k.z * forward);
   const double head_on = std::abs(glm::dot(n, v));
-  const double factor = 0.3 + 0.4 * head_on + 0.3 * std::abs(glm::dot(n, l));
-  const glm::dvec3 lit = factor * color + 0.2 * std::pow(head_on, 32);
+  const Lights& lights = view.lights;
+  const double factor = lights.ambient + lights.head * head_on + lights.key * std::abs(glm::dot(n, l));
+  const glm::dvec3 lit = factor * color + lights.highlight * std::pow(head_on, 32);
   return color + strength * (lit - color);
 }
 

@@ -20,6 +20,8 @@ struct Scene {
 void nearestBlend(const Scene& scene, const CutRay& cut, Pixel& pixel);
 void nearestFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel);  // and iso
 void nearestMip(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void nearestMinip(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void nearestAttenuatedMip(const Scene& scene, const CutRay& cut, Pixel& pixel);
 void nearestMean(const Scene& scene, const CutRay& cut, Pixel& pixel);
 void countBlocks(std::span<const DenseVolume> channels, const View& view, const CutRay& cut, Pixel& pixel);
 
@@ -27,7 +29,12 @@ void countBlocks(std::span<const DenseVolume> channels, const View& view, const 
 void linearBlend(const Scene& scene, const CutRay& cut, Pixel& pixel);
 void linearFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel);  // and iso
 void linearMip(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void linearMinip(const Scene& scene, const CutRay& cut, Pixel& pixel);
+void linearAttenuatedMip(const Scene& scene, const CutRay& cut, Pixel& pixel);
 void linearMean(const Scene& scene, const CutRay& cut, Pixel& pixel);
+
+// What the view's mode and filter make of it.
+void renderAlong(const Scene& scene, const CutRay& cut, Pixel& pixel);
 
 // The pixels of a view's size, on every core.
 Image renderEach(const View& view, const std::function<Pixel(int x, int y)>& render);
@@ -36,12 +43,14 @@ Image renderEach(const View& view, const std::function<Pixel(int x, int y)>& ren
 // order.
 class HalfOpacity {
  public:
-  void add(double extinction, Interval piece);
+  // `value`: of the piece, data units.
+  void add(double extinction, Interval piece, double value);
   void show(Pixel& pixel) const;
 
  private:
   double depth_ = 0;
   std::array<double, 3> t_{kNever, kNever, kNever};  // early, at a half, late
+  std::array<double, 3> value_{};                    // there
   static constexpr double kNever = std::numeric_limits<double>::infinity();
 };
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 #include "tests/reference/classify.h"
 #include "tests/reference/field.h"
@@ -86,7 +87,7 @@ void nearestBlend(const Scene& scene, const CutRay& cut, Pixel& pixel) {
     if (!isVoxelVisible(classifier, voxel)) return true;
     const Material material = voxelMaterial(classifier, voxel);
     const double optical_depth = material.sigma * ((piece.t_max - piece.t_min) / unit);
-    half.add(material.sigma / unit, piece);
+    half.add(material.sigma / unit, piece, scene.volume.dataAt(voxel));
     light += transmittance * -std::expm1(-optical_depth) * shadedColor(scene, cut, cell, material.color);
     transmittance *= std::exp(-optical_depth);
     return true;
@@ -112,20 +113,61 @@ void nearestFirstHit(const Scene& scene, const CutRay& cut, Pixel& pixel) {
   });
 }
 
-void nearestMip(const Scene& scene, const CutRay& cut, Pixel& pixel) {
+namespace {
+
+// The voxel that comes before all others that are visible, of equal ones the first.
+template <typename ComesBefore>
+void nearestExtreme(const Scene& scene, const CutRay& cut, Pixel& pixel, ComesBefore comes_before) {
   const Classifier classifier(scene.volume, scene.view);
   pixel.edge_distance = cut.edge_distance;
-  float largest = -std::numeric_limits<float>::infinity();
+  float extreme = 0;
   walkCells(cut.ray, 1, cut.interval, [&](glm::ivec3 cell, Interval piece) {
     pixel.edge_distance = std::min(pixel.edge_distance, pieceDistance(cut, cell, piece));
     const std::size_t voxel = scene.volume.at(cell);
-    if (!isVoxelVisible(classifier, voxel) || !(scene.volume.density[voxel] > largest)) return true;
-    largest = scene.volume.density[voxel];
+    const float density = scene.volume.density[voxel];
+    if (!isVoxelVisible(classifier, voxel) || (pixel.shows_point && !comes_before(density, extreme))) return true;
+    extreme = density;
     pixel.voxel = cell;
     pixel.t = piece.t_min;
     pixel.shows_point = true;
     pixel.value = scene.volume.dataAt(voxel);
     pixel.color = overBackground(scene.view, voxelMaterial(classifier, voxel).color, 0);
+    return true;
+  });
+}
+
+}  // namespace
+
+void nearestMip(const Scene& scene, const CutRay& cut, Pixel& pixel) {
+  nearestExtreme(scene, cut, pixel, std::greater<>());
+}
+
+void nearestMinip(const Scene& scene, const CutRay& cut, Pixel& pixel) {
+  nearestExtreme(scene, cut, pixel, std::less<>());
+}
+
+// A voxel counts where the ray enters it: in it, it is attenuated the least there.
+void nearestAttenuatedMip(const Scene& scene, const CutRay& cut, Pixel& pixel) {
+  const Classifier classifier(scene.volume, scene.view);
+  pixel.edge_distance = cut.edge_distance;
+  double largest = -1, passed = 0;
+  walkCells(cut.ray, 1, cut.interval, [&](glm::ivec3 cell, Interval piece) {
+    pixel.edge_distance = std::min(pixel.edge_distance, pieceDistance(cut, cell, piece));
+    const std::size_t voxel = scene.volume.at(cell);
+    if (!isVoxelVisible(classifier, voxel)) return true;
+    const double share = classifier.shareOf(static_cast<double>(scene.volume.density[voxel]));
+    const double attenuated = share * std::exp(-scene.view.attenuation * passed);
+    passed += share * (piece.t_max - piece.t_min) / unitDistanceOf(scene.volume);
+    if (!(attenuated > largest)) return true;
+    largest = attenuated;
+    pixel.voxel = cell;
+    pixel.t = piece.t_min;
+    pixel.shows_point = true;
+    const double density = classifier.densityAt(attenuated);
+    pixel.value = classifier.dataOf(density);
+    const bool has_colors = scene.volume.type == VoxelType::rgba8;
+    const Material material = has_colors ? voxelMaterial(classifier, voxel) : classifier.materialAt({0, 0, 0, density});
+    pixel.color = overBackground(scene.view, material.color, 0);
     return true;
   });
 }

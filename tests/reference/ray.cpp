@@ -19,7 +19,7 @@ double segmentDistance(glm::dvec2 point, glm::dvec2 p, glm::dvec2 q) {
 
 }  // namespace
 
-Ray worldRay(const View& resolved, int x, int y, glm::dvec2 place) {
+Ray worldRay(const View& resolved, int x, int y, glm::dvec2 place, glm::dvec2 lens) {
   const glm::dvec3 eye = resolved.eye.value();
   const glm::dvec3 forward = glm::normalize(resolved.target.value() - eye);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, resolved.up.value()));
@@ -31,7 +31,11 @@ Ray worldRay(const View& resolved, int x, int y, glm::dvec2 place) {
   const double v = (1 - (y + place.y) / resolved.height * 2) * half_height;
   const glm::dvec3 offset = u * right + v * up;
   if (resolved.ortho_height) return {.origin = eye + offset, .direction = forward};
-  return {.origin = eye, .direction = glm::normalize(forward + offset)};
+  // All that meet in one point where it is sharp.
+  const double focus = resolved.focus == kAtTarget ? glm::dot(resolved.target.value() - eye, forward) : resolved.focus;
+  const glm::dvec3 start = eye + resolved.aperture * (lens.x * right + lens.y * up);
+  const glm::dvec3 sharp = eye + focus * (forward + offset);
+  return {.origin = start, .direction = glm::normalize(sharp - start)};
 }
 
 Ray indexRay(const DenseVolume& volume, const Ray& world) {

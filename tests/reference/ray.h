@@ -29,7 +29,8 @@ constexpr glm::dvec2 kPixelCentre{0.5, 0.5};
 
 // The ray through a place in pixel (x, y), row 0 at the top; the place is 0..1 to the right and downwards. The view is
 // resolved: eye, target and up are there.
-Ray worldRay(const View& resolved, int x, int y, glm::dvec2 place = kPixelCentre);
+// `lens`: where on a lens of radius 1 it starts, to the right and up.
+Ray worldRay(const View& resolved, int x, int y, glm::dvec2 place = kPixelCentre, glm::dvec2 lens = {0, 0});
 
 // The same ray in the index space of the volume's level.
 Ray indexRay(const DenseVolume& volume, const Ray& world);

@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <thread>
 
 #include "tests/reference/classify.h"
 #include "tests/reference/modes.h"
+#include "tests/reference/secondary.h"
 
 namespace blockwalk::reference {
 
@@ -26,11 +28,12 @@ glm::dvec4 overBackground(const View& view, glm::dvec3 premultiplied, double tra
   return {glm::min(color, glm::dvec3(1)), opacity};
 }
 
-void HalfOpacity::add(double extinction, Interval piece) {
+void HalfOpacity::add(double extinction, Interval piece, double value) {
   for (std::size_t i = 0; i < 3; ++i) {
     const double wanted = std::numbers::ln2 + (static_cast<double>(i) - 1) * kHalfMargin;
     if (t_[i] == kNever && depth_ + extinction * (piece.t_max - piece.t_min) >= wanted) {
       t_[i] = piece.t_min + (wanted - depth_) / extinction;
+      value_[i] = value;
     }
   }
   depth_ += extinction * (piece.t_max - piece.t_min);
@@ -40,7 +43,11 @@ void HalfOpacity::show(Pixel& pixel) const {
   pixel.t_early = t_[0];
   pixel.t_late = t_[2];
   pixel.shows_point = t_[1] < kNever;
-  if (pixel.shows_point) pixel.t = t_[1];
+  if (t_[0] < kNever) pixel.value_early = value_[0];
+  if (t_[2] < kNever) pixel.value_late = value_[2];
+  if (!pixel.shows_point) return;
+  pixel.t = t_[1];
+  pixel.value = value_[1];
 }
 
 namespace {
@@ -54,6 +61,10 @@ void renderNearest(const Scene& scene, const CutRay& cut, Pixel& pixel) {
       return nearestFirstHit(scene, cut, pixel);
     case Mode::mip:
       return nearestMip(scene, cut, pixel);
+    case Mode::minip:
+      return nearestMinip(scene, cut, pixel);
+    case Mode::attenuated_mip:
+      return nearestAttenuatedMip(scene, cut, pixel);
     case Mode::mean:
       return nearestMean(scene, cut, pixel);
     case Mode::blocks:
@@ -70,6 +81,10 @@ void renderLinear(const Scene& scene, const CutRay& cut, Pixel& pixel) {
       return linearFirstHit(scene, cut, pixel);
     case Mode::mip:
       return linearMip(scene, cut, pixel);
+    case Mode::minip:
+      return linearMinip(scene, cut, pixel);
+    case Mode::attenuated_mip:
+      return linearAttenuatedMip(scene, cut, pixel);
     case Mode::mean:
       return linearMean(scene, cut, pixel);
     case Mode::blocks:
@@ -77,7 +92,20 @@ void renderLinear(const Scene& scene, const CutRay& cut, Pixel& pixel) {
   }
 }
 
+bool takesLightAway(const View& view) {
+  const bool shows_surfaces = view.mode == Mode::blend || view.mode == Mode::first_hit || view.mode == Mode::iso;
+  return view.lit && shows_surfaces && (view.shadow || view.occlusion > 0);
+}
+
 }  // namespace
+
+void renderAlong(const Scene& scene, const CutRay& cut, Pixel& pixel) {
+  if (scene.view.filter == Filter::nearest) {
+    renderNearest(scene, cut, pixel);
+  } else {
+    renderLinear(scene, cut, pixel);
+  }
+}
 
 std::array<std::uint8_t, 4> roundColor(const glm::dvec4& color) {
   std::array<std::uint8_t, 4> result{};
@@ -93,19 +121,27 @@ TransferPoint transferAt(const std::vector<TransferPoint>& transfer, double valu
   return transferPieceAt(transfer, value, shape).at_value;
 }
 
-Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place, Interval within) {
-  const Scene scene{.volume = volume, .view = resolved};
-  CutRay cut = cutRay(volume, resolved, x, y, place);
+Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place, Interval within,
+                  int sample) {
+  const bool has_lens = resolved.aperture > 0 && resolved.samples > 1;
+  CutRay cut = cutRay(volume, resolved, x, y, place, has_lens ? placeOnLens(x, y, sample) : glm::dvec2(0));
   cut.interval.t_min = std::max(cut.interval.t_min, within.t_min);
   cut.interval.t_max = std::min(cut.interval.t_max, within.t_max);
   Pixel pixel;
   pixel.face_distance = faceDistance(cut);
   pixel.color = overBackground(resolved, glm::dvec3(0), 1);
-  if (resolved.filter == Filter::nearest) {
-    renderNearest(scene, cut, pixel);
-  } else {
-    renderLinear(scene, cut, pixel);
+  const Scene scene{.volume = volume, .view = resolved};
+  if (!takesLightAway(resolved)) {
+    renderAlong(scene, cut, pixel);
+    return pixel;
   }
+  Pixel rays;  // their distances and margins
+  const View left = withLightThatComes(scene, cut, sample, rays);
+  renderAlong({.volume = volume, .view = left}, cut, pixel);
+  pixel.edge_distance = std::min(pixel.edge_distance, rays.edge_distance);
+  pixel.face_distance = std::min(pixel.face_distance, rays.face_distance);
+  pixel.lattice_distance = std::min(pixel.lattice_distance, rays.lattice_distance);
+  pixel.margin = std::min(pixel.margin, rays.margin);
   return pixel;
 }
 
@@ -126,11 +162,13 @@ glm::dvec2 placeOfSample(int x, int y, int index) {
 
 namespace {
 
+constexpr Interval kWholeRay{.t_min = 0, .t_max = std::numeric_limits<double>::infinity()};
+
 Pixel meanPixel(const DenseVolume& volume, const View& view, int x, int y) {
   Pixel mean;
   glm::dvec4 sum(0);
   for (int i = 0; i < view.samples; ++i) {
-    const Pixel pixel = renderPixel(volume, view, x, y, placeOfSample(x, y, i));
+    const Pixel pixel = renderPixel(volume, view, x, y, placeOfSample(x, y, i), kWholeRay, i);
     sum += glm::dvec4(glm::dvec3(pixel.color) * pixel.color.a, pixel.color.a);
     mean.edge_distance = std::min(mean.edge_distance, pixel.edge_distance);
     mean.face_distance = std::min(mean.face_distance, pixel.face_distance);

@@ -25,15 +25,18 @@
 namespace blockwalk::reference {
 
 struct Pixel {
-  glm::dvec4 color{0};   // straight red, green, blue, opacity, 0..1, not rounded; blocks: the background
-  glm::ivec3 voxel{-1};  // first_hit, iso, mip: the voxel, of the volume's level, that the point shown lies in
-  // World distance from the eye to the point shown. first_hit, iso, mip: to the voxel above; nearest: to its entry.
-  // blend: to where the opacity gathered first reaches a half. 0 where shows_point is false.
+  glm::dvec4 color{0};  // straight red, green, blue, opacity, 0..1, not rounded; blocks: the background
+  glm::ivec3 voxel{
+      -1};  // first_hit, iso, mip and its kind: the voxel, of the volume's level, that the point shown lies in
+  // World distance from the eye to the point shown. first_hit, iso and where one density is shown: to the voxel above;
+  // nearest: to its entry. blend: to where the opacity gathered first reaches a half. 0 where shows_point is false.
   double t = 0;
   bool shows_point = false;
-  double value = std::numeric_limits<double>::quiet_NaN();  // data units: density there; mean: the mean. NaN: nothing
-  double visible_length = 0;                                // mean: of the ray, world
-  std::uint32_t blocks = 0;  // blocks: stored blocks that meet the range and that the ray crosses with positive length
+  // Data units: density there; mean: the mean; blend: that of the piece in which the point lies, linear: of its sample,
+  // pre-integrated: the mean of its two ends. NaN: nothing.
+  double value = std::numeric_limits<double>::quiet_NaN();
+  double visible_length = 0;  // mean: of the ray, world
+  std::uint32_t blocks = 0;   // blocks: stored blocks that meet the range and that the ray crosses with positive length
 
   // How near the pixel is to being another one by rounding alone. Infinite: not measured, or nothing is near.
   //
@@ -46,7 +49,8 @@ struct Pixel {
   double face_distance = std::numeric_limits<double>::infinity();
   // Linear: how near the density of a sample that counts (first_hit, iso: up to the hit's) comes to one at which what
   // is seen jumps: an end of the range, the empty threshold, a step of the transfer function. Stored units. Samples
-  // among eight equal voxels do not count: they are exact in any arithmetic.
+  // among eight equal voxels do not count: they are exact in any arithmetic. minip: how near a sample is to the face
+  // behind which it would or would not count, a voxel taken as the contrast.
   double margin = std::numeric_limits<double>::infinity();
   // Linear: how near an end of the ray's part is to a point of the lattice, in steps: a sample may come or go there.
   double lattice_distance = std::numeric_limits<double>::infinity();
@@ -54,13 +58,16 @@ struct Pixel {
   // e of the density moves t by e / |slope|. At the ray's entry t is exact whatever the slope.
   double slope = 0;
   bool at_entry = false;  // linear first_hit, iso: what is hit is where the ray enters
-  // Linear mip of rgba8: the largest difference in a channel between the colour shown and that of another visible
-  // sample whose density is within 1e-4 (stored units) of the largest.
+  // Linear mip, minip, attenuated-mip of rgba8: the largest difference in a channel between the colour shown and that
+  // of another visible sample whose density is within 1e-4 (stored units) of the one shown, or whose share of the range
+  // as attenuated within 1e-6, unless both are among equal voxels.
   double rival_difference = 0;
   // blend: t as it were if the optical depth that makes an opacity of a half were kHalfMargin less or more; infinite
   // where even that is not reached.
   double t_early = std::numeric_limits<double>::infinity();
   double t_late = std::numeric_limits<double>::infinity();
+  double value_early = std::numeric_limits<double>::quiet_NaN();  // of the pieces there
+  double value_late = std::numeric_limits<double>::quiet_NaN();
 };
 
 constexpr double kHalfMargin = 1e-4;
@@ -80,9 +87,10 @@ TransferPoint transferAt(const std::vector<TransferPoint>& transfer, double valu
                          TransferShape shape = TransferShape::linear);
 
 // The view is resolved (eye, target, up, range and, for scalars, transfer are there); its level is the volume's.
-// `within`: of the ray, nothing else is looked at.
+// `within`: of the ray, nothing else is looked at. `sample`: of the pixel's, for what is drawn with a lens or with rays
+// around.
 Pixel renderPixel(const DenseVolume& volume, const View& resolved, int x, int y, glm::dvec2 place = kPixelCentre,
-                  Interval within = {.t_min = 0, .t_max = std::numeric_limits<double>::infinity()});
+                  Interval within = {.t_min = 0, .t_max = std::numeric_limits<double>::infinity()}, int sample = 0);
 
 // Of several levels of one channel (docs/integration.md, Level of detail): the finest that is drawn first, then all
 // that are coarser, up to the last that the view's pixels ask for. Distances, margins and the slope are not measured.

@@ -13,8 +13,6 @@
 namespace blockwalk::reference {
 namespace {
 
-Pixel pixelOf(const DenseVolume& volume, const View& view) { return renderPixel(volume, view, 0, 0); }
-
 DenseVolume randomColors(glm::ivec3 dims, std::uint32_t seed) {
   DenseVolume volume = emptyVolume(VoxelType::rgba8, dims);
   std::mt19937 random(seed);
@@ -23,13 +21,6 @@ DenseVolume randomColors(glm::ivec3 dims, std::uint32_t seed) {
     for (std::uint8_t& channel : volume.color[i]) channel = static_cast<std::uint8_t>(random());
   }
   return volume;
-}
-
-// The lattice along z through a volume 8 deep seen from z = 24 has a point at z = 4: samples at 4 +- 1/4, 3/4, ...
-View alongZ(double x, double y, Mode mode) {
-  View view = linearView({x, y, 24}, {x, y, 0}, mode);
-  view.up = glm::dvec3(0, 1, 0);
-  return view;
 }
 
 TEST(AnalyticField, EmptyVoxelsHaveTheEmptyValue) {

@@ -75,6 +75,10 @@ TEST_F(PictureCases, LightDoesNotGoByTheHottestVoxel) {
     view.width = 200;
     view.height = 150;
     view.filter = Filter::linear;
+    // The hot voxel would be framed too.
+    const WorldBox box = worldBox(scene->info);
+    view.target = 0.5 * (box.min + box.max);
+    view.eye = *view.target + 1.5 * (box.max - box.min);
     view.channels[0].transfer = {point(10, {0.75, 0.5, 0.25}, 0), point(20, {1, 0.875, 0.75}, 0.8)};
     view.channels[0].range = DensityRange{.lo = 5, .hi = 100};
     const Frame unlit = draw(*scene, view);

@@ -30,6 +30,10 @@ constexpr Look kLooks[] = {
     {.name = "nearest blend", .filter = Filter::nearest},
     {.name = "nearest first-hit lit", .mode = Mode::first_hit, .filter = Filter::nearest, .lit = true},
     {.name = "nearest mip", .mode = Mode::mip, .filter = Filter::nearest},
+    {.name = "minip", .mode = Mode::minip},
+    {.name = "nearest minip", .mode = Mode::minip, .filter = Filter::nearest},
+    {.name = "attenuated-mip", .mode = Mode::attenuated_mip},
+    {.name = "nearest attenuated-mip", .mode = Mode::attenuated_mip, .filter = Filter::nearest},
     {.name = "nearest mean", .mode = Mode::mean, .filter = Filter::nearest},
 };
 
@@ -265,9 +269,11 @@ TEST_F(ThreeChannels, RefuseWhatIsNotDefined) {
   view.channels[2].range = DensityRange{.lo = 2, .hi = 1};
   EXPECT_EQ(fieldOf(view), "range");
   view.channels[2] = {};
-  view.mode = Mode::mip;
   view.output = Output::depth;
-  EXPECT_EQ(fieldOf(view), "output");
+  for (const Mode mode : {Mode::mip, Mode::minip, Mode::attenuated_mip}) {
+    view.mode = mode;
+    EXPECT_EQ(fieldOf(view), "output");
+  }
   view.drawn = {2};
   EXPECT_EQ(fieldOf(view), "");
 }

@@ -21,4 +21,13 @@ inline glm::dvec3 colorOf(const DenseVolume& volume, const View& view) {
 
 inline double distance(glm::dvec3 a, glm::dvec3 b) { return glm::length(a - b); }
 
+inline Pixel pixelOf(const DenseVolume& volume, const View& view) { return renderPixel(volume, view, 0, 0); }
+
+// The lattice along z through a volume 8 deep seen from z = 24 has a point at z = 4: samples at 4 +- 1/4, 3/4, ...
+inline View alongZ(double x, double y, Mode mode) {
+  View view = linearView({x, y, 24}, {x, y, 0}, mode);
+  view.up = glm::dvec3(0, 1, 0);
+  return view;
+}
+
 }  // namespace blockwalk::reference

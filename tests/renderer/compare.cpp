@@ -88,7 +88,8 @@ ImageError compareToReference(const Frame& frame, const reference::Image& expect
     const std::array<std::uint8_t, 4> color = reference::roundColor(pixel.color);
     error.drawn += color != background ? 1 : 0;
     const bool in_faces = near_jump == 0 && pixel.face_distance < kNearEdge;  // nothing jumps at a face of a field
-    if (in_faces || pixel.margin < near_jump) {
+    const bool has_rival = near_jump > 0 && 255 * pixel.rival_difference > 1;
+    if (in_faces || has_rival || pixel.margin < near_jump) {
       ++error.skipped;
     } else {
       addPixel(error, x, y, unpack(frame.pixels[at]), color);

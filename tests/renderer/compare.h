@@ -36,7 +36,8 @@ struct ImageError {
 ImageError compareImages(const Frame& a, const Frame& b);
 
 // Against the rounded reference. The colour of a pixel that neither side covers at all is nobody's. Pixels with a
-// sample whose density is within `near_jump` (stored units) of where what is seen jumps are skipped.
+// sample whose density is within `near_jump` (stored units) of where what is seen jumps are skipped, and where it is
+// above 0 those of which a rounding chooses between two colours.
 ImageError compareToReference(const Frame& frame, const reference::Image& expected,
                               const std::array<std::uint8_t, 4>& background, double near_jump = 0);
 

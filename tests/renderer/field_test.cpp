@@ -31,6 +31,10 @@ constexpr FieldLook kFieldLooks[] = {
     {.name = "iso", .mode = Mode::iso},
     {.name = "mip", .mode = Mode::mip},
     {.name = "nearest mip", .mode = Mode::mip, .filter = Filter::nearest},
+    {.name = "minip", .mode = Mode::minip},
+    {.name = "nearest minip", .mode = Mode::minip, .filter = Filter::nearest},
+    {.name = "attenuated-mip", .mode = Mode::attenuated_mip},
+    {.name = "nearest attenuated-mip", .mode = Mode::attenuated_mip, .filter = Filter::nearest},
     {.name = "mean", .mode = Mode::mean},
     {.name = "nearest mean", .mode = Mode::mean, .filter = Filter::nearest},
 };
@@ -80,9 +84,10 @@ TEST_P(FieldTest, IsDrawnAsTheReferenceDraws) {
 }
 
 // combinations_test.cpp compares every pair for the nearest filter. What the field adds is the apron and its ranges,
-// the same for every look: three of them meet a sample, a crossing and an interval between two densities.
+// the same for every look: three of them meet a sample, a crossing and an interval between two densities. A minimum has
+// a field of its own, and what is attenuated stops before its ray ends.
 TEST_P(FieldTest, IsTheSameForEveryFinderWalkAndCull) {
-  for (const std::string_view name : {"blend", "first-hit lit", "pre-integrated"}) {
+  for (const std::string_view name : {"blend", "first-hit lit", "pre-integrated", "minip", "attenuated-mip"}) {
     const auto look =
         static_cast<std::size_t>(std::ranges::find(kFieldLooks, name, &FieldLook::name) - std::begin(kFieldLooks));
     const std::vector<View> all_views = viewsOf(look);

@@ -21,7 +21,7 @@ View baseView() {
 }
 
 std::vector<View> looksOfScalars() {
-  std::vector<View> looks(8, baseView());
+  std::vector<View> looks(11, baseView());
   looks[1].mode = Mode::first_hit;
   looks[1].lit = true;
   looks[2].filter = Filter::linear;
@@ -35,6 +35,11 @@ std::vector<View> looksOfScalars() {
   looks[6].background = {10, 20, 30, 128};
   looks[7].mode = Mode::mean;
   looks[7].planes.push_back({.normal = {1, 1, 0.5}, .offset = -40});
+  looks[8].mode = Mode::minip;
+  looks[9].mode = Mode::minip;
+  looks[9].filter = Filter::linear;
+  looks[10].mode = Mode::attenuated_mip;
+  looks[10].filter = Filter::linear;
   return looks;
 }
 

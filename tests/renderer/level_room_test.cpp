@@ -71,6 +71,23 @@ TEST(LevelRoom, WhatFindsNoRoomIsPagedAndThenCoarser) {
   EXPECT_EQ(room.finestLevel(7), 0);
 }
 
+// What the records of one window do not fit is no reason to draw all of the volume coarser.
+TEST(LevelRoom, AWindowThatFindsNoRoomConcernsWindowsAsLargeAlone) {
+  const VolumeInfo info = threeLevels();
+  LevelRoom room(kBudget);
+  Plan plan = planOf(0, true);
+  plan.window = {.begin = glm::ivec3(0), .end = glm::ivec3(8)};
+  plan.coarse.push_back({.level = 2, .window = {.begin = glm::ivec3(0), .end = glm::ivec3(24)}});
+  EXPECT_TRUE(room.giveWay(7, info, viewOf(kAutoLevel), plan, kShort));
+  EXPECT_EQ(room.finestLevel(7), 0);
+  EXPECT_EQ(room.mostWindowCells(7), std::uint64_t{24 * 24 * 24}) << "the greatest is to blame, whose level it be";
+  EXPECT_EQ(room.mostWindowCells(8), std::numeric_limits<std::uint64_t>::max());
+  room.reconsider(kShort.needed_bytes);
+  EXPECT_TRUE(room.hasGivenWay());
+  room.reconsider(2 * kShort.needed_bytes);
+  EXPECT_FALSE(room.hasGivenWay()) << "what was short is clearly there";
+}
+
 // Means are no maxima: without these a coarser level is no answer, and must not become everybody's.
 TEST(LevelRoom, WhereNoCoarserLevelWillDoNothingChanges) {
   const VolumeInfo info = threeLevels();

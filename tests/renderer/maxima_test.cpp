@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// A maximum along rays stays one on coarse levels.
+// A maximum along rays stays one on coarse levels, and a minimum is none of their means.
 #include <algorithm>
 
 #include "tests/reference/reference.h"
 #include "tests/renderer/compare.h"
 #include "tests/renderer/stage.h"
+#include "tests/renderer/synthetic.h"
 #include "view/resolved_view.h"
 
 namespace blockwalk::test {
@@ -93,6 +94,45 @@ TEST_F(MaximaTest, TheReferenceSaysTheSame) {
               << toString(choice) << ": " << error.worst << "\n  view " << toString(view);
           EXPECT_GT(error.drawn, 20u);
         }
+      }
+    }
+  }
+}
+
+// A plate of 200 with holes of 0 and lines of 120 in it, so that every coarser voxel is a mean of several.
+std::unique_ptr<Source> plate() {
+  return makeVoxels({128, 128, 24}, [](glm::ivec3 p) {
+    const int number = p.x + 3 * p.y + 5 * p.z;
+    return number % 7 == 0 ? 0 : number % 4 == 1 ? 120 : 200;
+  });
+}
+
+// However far away, and whatever level is asked for, no value is seen that no voxel has.
+TEST_F(MaximaTest, AMinimumIsOfVoxelsThatAreThere) {
+  Scene scene = makeScene(*plate());
+  ASSERT_GE(scene.info.levels.size(), 3u);
+  for (const Mode mode : {Mode::minip, Mode::attenuated_mip}) {
+    for (const int level : {kAutoLevel, 1, 2}) {
+      for (const Filter filter : {Filter::nearest, Filter::linear}) {
+        View view;
+        view.width = view.height = 24;
+        view.mode = mode;
+        view.filter = filter;
+        view.level = level;
+        view.attenuation = 0;
+        view.output = Output::value;
+        const Frame frame = draw(scene, view);
+        EXPECT_EQ(frame.stats.level, 0);
+        EXPECT_EQ(frame.stats.far_level, 0);
+        std::size_t seen = 0;
+        for (const float value : frame.values) {
+          if (std::isnan(value)) continue;
+          ++seen;
+          EXPECT_GE(value, mode == Mode::minip ? 120 : 0) << "what is empty has no say";
+          if (filter == Filter::linear) continue;
+          EXPECT_LT(std::min(std::abs(value - 120), std::abs(value - 200)), 1e-3f);
+        }
+        EXPECT_GT(seen, 100u);
       }
     }
   }

@@ -51,7 +51,8 @@ class PointJudge {
     const auto depth = static_cast<double>(frame.values[at]);
     const reference::Ray ray = reference::worldRay(view_, x, y);
     error.shown += pixel.shows_point ? 1 : 0;
-    if (isRight(depth / glm::dot(ray.direction, forward_), pixel, reference::indexRay(dense_, ray))) return;
+    const double t = depth / glm::dot(ray.direction, forward_);
+    if (isRight(t, pixel, reference::indexRay(dense_, ray)) || isAsLow(t, pixel, x, y)) return;
     if (isExcused(pixel)) {
       ++error.excused;
       return;
@@ -75,6 +76,16 @@ class PointJudge {
     const double crossing =
         pixel.slope != 0 && !pixel.at_entry ? kDensityError * dense_.contrast / std::abs(pixel.slope) : 0;
     return std::abs(t - pixel.t) <= slack + crossing;
+  }
+
+  // minip: a sample at t has the value shown but for rounding.
+  bool isAsLow(double t, const reference::Pixel& pixel, int x, int y) const {
+    if (view_.mode != Mode::minip || view_.filter != Filter::linear || std::isinf(t) || !pixel.shows_point)
+      return false;
+    const double reach = 0.1 * view_.step * voxel_;
+    const reference::Pixel sample =
+        reference::renderPixel(dense_, view_, x, y, reference::kPixelCentre, {.t_min = t - reach, .t_max = t + reach});
+    return std::abs(sample.value - pixel.value) <= 1e-4 * std::abs(dense_.contrast * dense_.value_scale);
   }
 
   bool isExcused(const reference::Pixel& pixel) const {
@@ -156,7 +167,7 @@ TEST_F(OutputsTest, HalfTheOpacityIsWhereTheReferenceSays) {
 TEST_F(OutputsTest, VoxelsHitAndLargestVoxelsAreWhereTheReferenceSays) {
   Scene scene = makeScene(
       *makeSynthetic({.type = VoxelType::f32, .dims = {64, 51, 70}, .seed = 4, .world_from_index = obliqueMap(true)}));
-  expectPoints(scene, {Mode::first_hit, Mode::mip}, {}, two());
+  expectPoints(scene, {Mode::first_hit, Mode::mip, Mode::minip, Mode::attenuated_mip}, {}, two());
 }
 
 TEST_F(OutputsTest, SurfacesOfTheFieldAreWhereTheReferenceSays) {
@@ -165,7 +176,7 @@ TEST_F(OutputsTest, SurfacesOfTheFieldAreWhereTheReferenceSays) {
   View linear;
   linear.filter = Filter::linear;
   expectPoints(scene, {Mode::iso}, linear, combinations());
-  expectPoints(scene, {Mode::blend, Mode::first_hit, Mode::mip}, linear, two());
+  expectPoints(scene, {Mode::blend, Mode::first_hit, Mode::mip, Mode::minip, Mode::attenuated_mip}, linear, two());
   linear.classification = Classification::pre_integrated;
   expectPoints(scene, {Mode::blend}, linear, {Combination{}});
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "tests/renderer/stage.h"
+#include "tests/renderer/synthetic.h"
 
 namespace blockwalk::test {
 
@@ -24,6 +25,18 @@ class PagesTest : public OwnRendererTest {
       if (total.what == part) return total.bytes;
     }
     return 0;
+  }
+
+  // That of all voxels, and the paged one. With general kernels: of special ones there would be as many as pictures.
+  struct BothFrames {
+    Frame expected;
+    Frame frame;
+  };
+  BothFrames drawBoth(Scene& scene, const View& view) {
+    FrameOrder order = orderOf(view);
+    order.general = true;
+    Frame expected = renderer().render(*scene.resident, order);
+    return {std::move(expected), renderer_->render(*volume_, std::move(order))};
   }
 
   // Of a frame that waits for nothing.
@@ -57,30 +70,10 @@ class PagesTest : public OwnRendererTest {
 inline const BuildOptions kSmallBlocks{.block_side = 2};
 
 // A solid ball of 200: coarser levels have no holes in it.
-class Ball final : public Source {
- public:
-  explicit Ball(int side) : side_(side) {
-    info_.name = "ball";
-    info_.format = "test";
-    info_.type = VoxelType::u8;
-    info_.dims = glm::ivec3(side);
-    info_.random_access = true;
-  }
-  const SourceInfo& info() const override { return info_; }
-  void readRows(int z, int y, int count, std::span<std::byte> out) override {
-    for (int row = 0; row < count; ++row) {
-      for (int x = 0; x < side_; ++x) {
-        const glm::dvec3 place = glm::dvec3(x, y + row, z) + 0.5 - side_ / 2.0;
-        out[static_cast<std::size_t>(row * side_ + x)] = std::byte(glm::length(place) < 0.45 * side_ ? 200 : 0);
-      }
-    }
-  }
-
- private:
-  int side_;
-  SourceInfo info_;
-};
-
-inline std::unique_ptr<Source> ball(int side) { return std::make_unique<Ball>(side); }
+inline std::unique_ptr<Source> ball(int side) {
+  return makeVoxels(glm::ivec3(side), [side](glm::ivec3 p) {
+    return glm::length(glm::dvec3(p) + 0.5 - side / 2.0) < 0.45 * side ? 200 : 0;
+  });
+}
 
 }  // namespace blockwalk::test

@@ -114,7 +114,33 @@ class Synthetic : public Source {
   int first_channel_;
 };
 
+class Voxels final : public Source {
+ public:
+  Voxels(glm::ivec3 dims, std::function<int(glm::ivec3)> density) : density_(std::move(density)) {
+    info_.name = "voxels";
+    info_.format = "test";
+    info_.type = VoxelType::u8;
+    info_.dims = dims;
+    info_.random_access = true;
+  }
+  const SourceInfo& info() const override { return info_; }
+  void readRows(int z, int y, int count, std::span<std::byte> out) override {
+    std::size_t at = 0;
+    for (int row = y; row < y + count; ++row) {
+      for (int x = 0; x < info_.dims.x; ++x) out[at++] = static_cast<std::byte>(density_({x, row, z}));
+    }
+  }
+
+ private:
+  std::function<int(glm::ivec3)> density_;
+  SourceInfo info_;
+};
+
 }  // namespace
+
+std::unique_ptr<Source> makeVoxels(glm::ivec3 dims, std::function<int(glm::ivec3)> density) {
+  return std::make_unique<Voxels>(dims, std::move(density));
+}
 
 std::unique_ptr<Source> makeSynthetic(const SyntheticOptions& options) { return std::make_unique<Synthetic>(options); }
 

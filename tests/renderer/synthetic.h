@@ -3,6 +3,7 @@
 // voxels, NaN and infinity in f32, a value map, any index-to-world map.
 #pragma once
 
+#include <functional>
 #include <glm/glm.hpp>
 #include <memory>
 
@@ -22,6 +23,9 @@ struct SyntheticOptions {
 };
 
 std::unique_ptr<Source> makeSynthetic(const SyntheticOptions& options);
+
+// Of u8: the density of each voxel.
+std::unique_ptr<Source> makeVoxels(glm::ivec3 dims, std::function<int(glm::ivec3)> density);
 
 // Rotated about an oblique axis, spacing (1, 1.3, 2.4), shifted; `mirrored` turns one axis round.
 glm::dmat4 obliqueMap(bool mirrored);

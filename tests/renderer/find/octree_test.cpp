@@ -102,7 +102,7 @@ TEST_F(OctreeOfLevel, HoldsTheSubblocksWithVoxels) {
       makeScene(*test::makeSynthetic({.type = VoxelType::u8, .dims = {50, 41, 37}, .seed = 7}), options);
   const VolumeFile file(scene.path);
   const Level level = file.readLevel(0, 0);
-  const std::vector<OctreeLeaf> leaves = subblockLeaves(level, 3);
+  const std::vector<OctreeLeaf> leaves = subblockLeaves(level, level.subblocks, 3);
   EXPECT_EQ(leaves.size(), level.subblocks.size());
   expectLeaves(leaves);
   const reference::DenseVolume dense = scene.dense(0);

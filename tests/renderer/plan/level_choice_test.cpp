@@ -117,6 +117,27 @@ TEST(LevelChoice, OneLevelServesWhatHasOneOrNamesOne) {
   EXPECT_EQ(count([](View& view) { view.mode = Mode::mip; }), 0u) << "without maxima";
 }
 
+// Coarser levels hold means and greatest densities: neither says what is least, nor what lies before something.
+TEST(LevelChoice, AMinimumAndWhatIsAttenuatedAreOfLevelZero) {
+  VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
+  info.maxima.assign(info.levels.begin() + kFirstMaximaLevel, info.levels.end());
+  for (const Mode mode : {Mode::minip, Mode::attenuated_mip}) {
+    info.channels[0].values = ChannelValues::intensity;
+    View view = deepView();
+    view.mode = mode;
+    EXPECT_FALSE(planFor(view, info).isMixed());
+    EXPECT_EQ(planFor(view, info, {.finest_level = 2}).level, 0) << "whatever room there is";
+    view.ortho_height = 4096;
+    for (const int level : {kAutoLevel, 0, 1, 2, 3}) {
+      view.level = level;
+      EXPECT_EQ(planFor(view, info).level, 0);
+      EXPECT_EQ(planFor(view, info).form, Form::values);
+    }
+    info.channels[0].values = ChannelValues::labels;  // which have no means
+    EXPECT_EQ(planFor(view, info).level, 3);
+  }
+}
+
 TEST(LevelChoice, WhereTheFirstLevelsFindNoRoomFartherPartsAreCoarserStill) {
   const VolumeInfo info = volumeOf(VoxelType::u8, 5, 250);
   View view = deepView();
@@ -155,7 +176,7 @@ TEST(LevelChoice, OfSeveralLevelsEachMayBePaged) {
   EXPECT_FALSE(planFor(view, info, {.page_above_bytes = 4 * a_level, .page_room_bytes = 4 * a_level}).isPaged());
   const Plan plan = planFor(view, info, {.page_above_bytes = 4 * a_level - 1, .page_room_bytes = 8 * a_level});
   EXPECT_TRUE(plan.isPaged());
-  EXPECT_EQ(plan.stand_in, 0u) << "the finest coarser one takes an eighth of the room";
+  EXPECT_EQ(plan.stand_in, 0u) << "the finest coarser one takes a quarter of the room";
   for (const CoarsePlan& far : plan.coarse) EXPECT_FALSE(far.paged);
   const Plan tight = planFor(view, info, {.page_above_bytes = a_level, .page_room_bytes = a_level});
   EXPECT_EQ(tight.stand_in, tight.coarse.size() - 1) << "the coarsest of all stands in where none takes so little";

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "renderer/level_needs.h"
+#include "renderer/plan/level_needs.h"
 
 #include <algorithm>
 
