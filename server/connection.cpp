@@ -12,9 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "protocol/image_codec.h"
 #include "protocol/json_text.h"
-#include "protocol/render_json.h"
+#include "server/animation_reply.h"
 #include "server/base/peer.h"
 #include "server/base/reason.h"
 #include "server/http/chunked_body.h"
@@ -62,12 +61,14 @@ class Connection {
   asio::awaitable<error_code> readChunks(HttpRequest& request, std::optional<Problem>& fault);
   asio::awaitable<HttpReply> answer(HttpRequest& request, std::optional<StreamJob>& stream);
   // `has_left_` where nobody waits for the reply any more.
-  asio::awaitable<HttpReply> answerImage(const HttpRequest& request, const ImageJob& job);
-  // Its reply goes on with the voxels of `region_`.
+  asio::awaitable<HttpReply> answerQuestion(const HttpRequest& request, const Question& question);
+  // Replies that go on with `rest_`.
+  asio::awaitable<HttpReply> answerAnimation(const HttpRequest& request, const AnimationJob& job);
   asio::awaitable<HttpReply> answerRegion(const HttpRequest& request, const RegionJob& job);
   asio::awaitable<error_code> send(const HttpReply& reply);
   asio::awaitable<error_code> sendBytes(std::span<const std::byte> bytes, SendWatch& watch);
-  asio::awaitable<error_code> sendRegion(std::uint64_t bytes);
+  asio::awaitable<error_code> sendPiece(const BodyPiece& piece, bool is_chunk, SendWatch& watch);
+  asio::awaitable<error_code> sendRest(const HttpReply& reply);
   // After it the connection closes.
   asio::awaitable<Next> sendLast(HttpReply&& reply);
   asio::awaitable<void> linger();
@@ -85,7 +86,7 @@ class Connection {
   std::optional<WaitingConnections::Place> waiting_;
   bool is_first_ = true;
   bool has_left_ = false;
-  std::shared_ptr<Region> region_;  // of which the reply under way has the voxels
+  std::unique_ptr<ReplyBody> rest_;  // of the reply under way
 };
 
 // Else the client went away, or its time was up and the stream has closed the socket: nobody is there to be answered.
@@ -219,7 +220,8 @@ asio::awaitable<HttpReply> Connection::answer(HttpRequest& request, std::optiona
   std::exception_ptr thrown;
   try {
     RouteResult result = routeRequest(request, services_.state);
-    if (auto* job = std::get_if<ImageJob>(&result)) co_return co_await answerImage(request, *job);
+    if (auto* question = std::get_if<Question>(&result)) co_return co_await answerQuestion(request, *question);
+    if (auto* job = std::get_if<AnimationJob>(&result)) co_return co_await answerAnimation(request, *job);
     if (auto* job = std::get_if<RegionJob>(&result)) co_return co_await answerRegion(request, *job);
     if (auto* reply = std::get_if<HttpReply>(&result)) co_return std::move(*reply);
     stream = std::get<StreamJob>(result);
@@ -230,33 +232,26 @@ asio::awaitable<HttpReply> Connection::answer(HttpRequest& request, std::optiona
   co_return failureReply(problemOf(thrown));
 }
 
-asio::awaitable<HttpReply> Connection::answerImage(const HttpRequest& request, const ImageJob& job) {
-  if (!services_.frames.hasRoom(account_, job.view)) {
-    co_return failureReply({.status = 429, .detail = "as many images wait as may", .field = {}});
-  }
+asio::awaitable<HttpReply> Connection::answerQuestion(const HttpRequest& request, const Question& question) {
   const auto cancel = std::make_shared<std::atomic<bool>>(false);
-  const ImageOrder order{.account = account_,
-                         .volume = job.volume->number,
-                         .format = job.format,
-                         .quality = job.quality,
-                         .frame = {.view = job.view, .cancel = cancel}};
   const DepartureWatch departure(stream_, request.version, [this, cancel] {
     has_left_ = true;
     services_.frames.cancel(*cancel);
   });
-  MadeFrame made = co_await services_.frames.make(order);
-  if (made.cancelled) co_return problemReply({.status = 503, .detail = "the server is ending", .field = {}});
-  HttpReply reply{.status = 200, .type = std::string(imageMimeType(job.format)), .fields = {}, .body = made.image};
-  reply.room = made.room;
+  HttpReply reply = co_await blockwalk::answerQuestion(services_, account_, question, cancel);
   reply.omit_body = request.method == "HEAD";
-  // What was short of memory may be whole another time.
-  if (made.stats.isComplete()) reply.fields.emplace_back("ETag", job.etag);
-  reply.fields.emplace_back("Cache-Control", made.stats.isComplete() ? "no-cache" : "no-store");
-  reply.fields.emplace_back("X-Blockwalk-Stats", writeJson(statsJson(made.stats)));
-  if (job.format == ImageFormat::raw) {
-    reply.fields.emplace_back("X-Blockwalk-Raw", writeJson(rawJson(job.view)));
-  }
   co_return reply;
+}
+
+asio::awaitable<HttpReply> Connection::answerAnimation(const HttpRequest& request, const AnimationJob& job) {
+  const auto cancel = std::make_shared<std::atomic<bool>>(false);
+  const DepartureWatch departure(stream_, request.version, [this, cancel] {
+    has_left_ = true;
+    services_.frames.cancel(*cancel);
+  });
+  AnimationReply made = co_await replyWithAnimation(services_, account_, job, cancel);
+  rest_ = std::move(made.body);
+  co_return std::move(made.reply);
 }
 
 asio::awaitable<HttpReply> Connection::answerRegion(const HttpRequest& request, const RegionJob& job) {
@@ -264,23 +259,21 @@ asio::awaitable<HttpReply> Connection::answerRegion(const HttpRequest& request, 
   if (place == nullptr) {
     co_return failureReply({.status = 429, .detail = "as many regions are sent as may be", .field = {}});
   }
-  const RegionOrder order = job.order;
-  OpenedRegion opened = co_await services_.regions.open(order);
+  OpenedRegion opened = co_await services_.regions.open(job.order);
   if (opened.error) std::rethrow_exception(opened.error);
-  HttpReply reply{.status = 200, .type = job.type, .fields = {}, .body = {}};
+  HttpReply reply{
+      .status = 200, .type = job.type, .fields = {{"ETag", job.etag}, {"Cache-Control", "no-cache"}}, .body = {}};
   reply.more_bytes = opened.bytes;
   reply.omit_body = request.method == "HEAD";
   reply.room = place;
-  reply.fields.emplace_back("ETag", job.etag);
-  reply.fields.emplace_back("Cache-Control", "no-cache");
-  const std::string name = fmt::format("{}.{}", order.id, order.request.format);  // an id needs no escapes
-  if (order.request.format == "raw") {
+  const std::string name = fmt::format("{}.{}", job.order.id, job.order.request.format);  // an id needs no escapes
+  if (job.order.request.format == "raw") {
     reply.fields.emplace_back("X-Blockwalk-Raw", writeJson({{"dims", {opened.dims.x, opened.dims.y, opened.dims.z}},
                                                             {"channels", opened.channels},
                                                             {"type", opened.type}}));
   }
   reply.fields.emplace_back("Content-Disposition", fmt::format("attachment; filename=\"{}\"", name));
-  if (!reply.omit_body) region_ = std::move(opened.region);
+  if (!reply.omit_body) rest_ = bodyOf(services_.regions, std::move(opened.region));
   co_return reply;
 }
 
@@ -297,8 +290,8 @@ asio::awaitable<error_code> Connection::send(const HttpReply& reply) {
     error = co_await sendBytes(std::as_bytes(std::span(head)), watch);
     if (!error && !reply.omit_body) error = co_await sendBytes(reply.body.view, watch);
   }
-  if (region_ == nullptr || error) co_return error;
-  co_return co_await sendRegion(reply.more_bytes);
+  if (rest_ == nullptr || error) co_return error;
+  co_return co_await sendRest(reply);
 }
 
 asio::awaitable<error_code> Connection::sendBytes(std::span<const std::byte> bytes, SendWatch& watch) {
@@ -313,24 +306,43 @@ asio::awaitable<error_code> Connection::sendBytes(std::span<const std::byte> byt
   co_return error;
 }
 
-// A piece is read when the client has taken the one before. What cannot be read ends the connection before the length
-// that was said: so the client knows.
-asio::awaitable<error_code> Connection::sendRegion(std::uint64_t bytes) {
-  const std::shared_ptr<Region> region = std::move(region_);
+asio::awaitable<error_code> Connection::sendPiece(const BodyPiece& piece, bool is_chunk, SendWatch& watch) {
+  const std::string head = (is_chunk ? fmt::format("{:x}\r\n", piece.size()) : "") + piece.head;
+  error_code error = co_await sendBytes(std::as_bytes(std::span(head)), watch);
+  if (!error) error = co_await sendBytes(piece.bytes.view, watch);
+  static constexpr std::string_view kEnd = "\r\n";  // of a chunk; an empty one ends the body
+  if (!error && is_chunk) error = co_await sendBytes(std::as_bytes(std::span(kEnd)), watch);
+  co_return error;
+}
+
+// A piece is made when the client has taken the one before. What cannot be made ends the connection before the length
+// that was said, or before the last chunk: so the client knows. Between chunks nothing else can be sent, so that who
+// has ended its sending has gone.
+asio::awaitable<error_code> Connection::sendRest(const HttpReply& reply) {
+  const std::unique_ptr<ReplyBody> body = std::move(rest_);
+  const auto cancel = std::make_shared<std::atomic<bool>>(false);
+  std::uint64_t left = reply.more_bytes;
+  bool is_over = !reply.is_chunked && left == 0;
   error_code error;
   std::optional<SendWatch> watch;
-  while (bytes > 0 && !error) {
-    // Who has taken all is not watched while the next piece is read; who has not goes on to be.
+  while (!is_over && !error) {
+    // Who has taken all is not watched while the next piece is made; who has not goes on to be.
     if (stream_.unsentBytes() == 0) watch.reset();
-    const RegionPiece piece = co_await services_.regions.next(region);
-    if (piece.error || piece.bytes.empty() || piece.bytes.size() > bytes) {
-      spdlog::error("a region ends early: {}", piece.error ? reasonOf(piece.error) : "it has another length");
+    std::optional<DepartureWatch> departure;
+    if (reply.is_chunked) departure.emplace(stream_, 10, [this, cancel] { services_.frames.cancel(*cancel); });
+    const BodyPiece piece = co_await body->next(cancel);
+    departure.reset();
+    const bool has_other_length = !reply.is_chunked && (piece.size() == 0 || piece.size() > left);
+    if (piece.error || has_other_length) {
+      const std::string reason = piece.error ? reasonOf(piece.error) : "it has another length";
+      if (!*cancel) spdlog::error("{} ends early: {}", body->name(), reason);
       stream_.close();
       co_return asio::error::operation_aborted;
     }
     if (!watch) watch.emplace(stream_, sendBounds(options_));
-    error = co_await sendBytes(piece.bytes, *watch);
-    bytes -= piece.bytes.size();
+    error = co_await sendPiece(piece, reply.is_chunked, *watch);
+    left -= reply.is_chunked ? 0 : piece.size();
+    is_over = reply.is_chunked ? piece.size() == 0 : left == 0;
   }
   co_return error;
 }
@@ -357,8 +369,10 @@ HttpReply Connection::parseFault(error_code error, const Parser& parser) const {
   Problem problem{.status = 400, .detail = "not an HTTP request: " + error.message(), .field = {}};
   if (error == http::error::header_limit || error == http::error::buffer_overflow) {
     const bool in_line = parser.get().target().empty();
+    const char* advice =
+        in_line ? ": long transfer functions are sent as a body of POST .../image, or have fewer points" : "";
     problem = {.status = in_line ? 414 : 431,
-               .detail = fmt::format("a request's header has at most {} bytes", options_.header_limit),
+               .detail = fmt::format("a request's header has at most {} bytes{}", options_.header_limit, advice),
                .field = in_line ? "target" : "header"};
   } else if (error == http::error::body_limit) {
     problem = {

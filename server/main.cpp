@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // blockwalkd: options, server, run.
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include <csignal>
@@ -21,6 +22,13 @@ blockwalk::DeviceOptions deviceOptions(const blockwalk::ServerOptions& options) 
           .background_kernels = true,
           .most_kernels = 32,  // 5 MB each on lavapipe, with what its compiler read
           .on_message = [](const std::string& message) { spdlog::warn("{}", message); }};
+}
+
+// What a volume took goes back to the system when it gives way: by default the allocator keeps what it was given once.
+void keepMemorySmall() {
+  mallopt(M_MMAP_THRESHOLD, 1 << 20);
+  mallopt(M_TRIM_THRESHOLD, 4 << 20);
+  mallopt(M_ARENA_MAX, 4);
 }
 
 int serve(const std::vector<std::string>& arguments) {
@@ -56,6 +64,7 @@ int main(int argc, char** argv) {
     }
   }
   std::signal(SIGPIPE, SIG_IGN);
+  keepMemorySmall();
   try {
     return serve(arguments);
   } catch (const blockwalk::UsageError& error) {

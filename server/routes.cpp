@@ -3,29 +3,29 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <nlohmann/json.hpp>
 
 #include "protocol/image_codec.h"
+#include "protocol/image_members.h"
 #include "protocol/json_text.h"
-#include "protocol/query_string.h"
-#include "protocol/region_request.h"
 #include "protocol/render_json.h"
+#include "protocol/view_fields.h"
+#include "protocol/view_values.h"
+#include "server/asked.h"
 #include "server/http/problem.h"
+#include "server/openapi.h"
+#include "server/voxel_routes.h"
 
 namespace blockwalk {
 namespace {
 
 constexpr std::string_view kApi = "/api/v1/";
-constexpr std::string_view kJson = "application/json";
 // The page's own files and streams, and pictures that it makes; nothing else, nowhere else.
 constexpr std::string_view kPagePolicy =
     "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data: blob:; connect-src 'self'; "
     "base-uri 'none'; form-action 'none'; frame-ancestors 'none'";
 constexpr std::string_view kReadMethods = "GET, HEAD, OPTIONS";
-
-[[noreturn]] void refuse(int status, std::string detail, std::string field = {}) {
-  throw ProblemError({.status = status, .detail = std::move(detail), .field = std::move(field)});
-}
 
 HttpReply jsonTextReply(const HttpRequest& request, int status, std::string_view text) {
   if (!acceptsType(request, kJson)) refuse(406, "this path has application/json", "Accept");
@@ -49,10 +49,6 @@ std::optional<HttpReply> judgeMethod(const HttpRequest& request, std::string_vie
   }
   reply.fields.emplace_back("Allow", std::string(allowed));
   return reply;
-}
-
-void refuseQuery(const HttpRequest& request) {
-  if (!request.query().empty()) refuse(400, "this path takes no query", "query");
 }
 
 HttpReply pageReply(const HttpRequest& request, const ServerState& state) {
@@ -82,32 +78,37 @@ HttpReply tokenReply(const ServerState& state) {
   return reply;
 }
 
-std::vector<std::pair<std::string, std::string>> readQuery(const HttpRequest& request) {
-  try {
-    return parseQueryString(request.query());
-  } catch (const DataError& error) {
-    refuse(400, error.what(), "query");
+struct AskedImage {
+  ImageRequest image;
+  std::optional<std::chrono::milliseconds> deadline;
+};
+
+AskedImage readImageQuery(const HttpRequest& request) {
+  AskedImage asked;
+  std::vector<std::pair<std::string, std::string>> view;
+  for (auto& [name, text] : readQuery(request)) {
+    if (name != "deadline_ms") {
+      view.emplace_back(std::move(name), std::move(text));
+      continue;
+    }
+    if (asked.deadline) failName(name, "is given twice");
+    asked.deadline = std::chrono::milliseconds(parseInteger(name, text, 1, kMostDeadlineMs));
   }
+  setViewFields(asked.image, view);
+  return asked;
 }
 
-ImageRequest readImageRequest(const HttpRequest& request) {
-  ImageRequest image;
-  if (request.method != "POST") {
-    setViewFields(image, readQuery(request));
-    return image;
-  }
-  refuseQuery(request);
-  if (request.count("Content-Length") == 0 && request.count("Transfer-Encoding") == 0) {
-    refuse(411, "a POST says how long its body is", "Content-Length");
-  }
-  const std::string_view type = request.value("Content-Type");
-  if (!equalNames(type.substr(0, type.find_first_of("; ")), kJson)) {
-    refuse(415, "the body must be application/json", "Content-Type");
-  }
-  nlohmann::json view = parseJson(request.body);
+AskedImage readAskedImage(const HttpRequest& request) {
+  if (request.method != "POST") return readImageQuery(request);
+  nlohmann::json view = parseJson(jsonBody(request));
   const JsonEnd end(view);
-  setViewFields(image, view);
-  return image;
+  AskedImage asked;
+  constexpr std::array<std::string_view, 1> kOthers = {"deadline_ms"};
+  setViewFields(asked.image, view, kOthers);
+  if (!view.contains("deadline_ms")) return asked;
+  asked.deadline = std::chrono::milliseconds(parseInteger(
+      "deadline_ms", view["deadline_ms"].is_number() ? view["deadline_ms"].dump() : "", 1, kMostDeadlineMs));
+  return asked;
 }
 
 std::string imageTag(const ServedVolume& volume, const ImageRequest& image, const ServerState& state) {
@@ -116,30 +117,6 @@ std::string imageTag(const ServedVolume& volume, const ImageRequest& image, cons
                                           device.name, device.driver_version);
   return fmt::format("\"{}\"", contentTag(content));
 }
-
-// What a volume's paths need.
-const ServedVolume& requireReady(const CatalogEntry& entry, const ServerState& state) {
-  if (state.draining) refuse(503, "the server is ending");
-  if (state.device != nullptr && state.render.state == DeviceState::lost) {
-    refuse(503, "the device was lost and is being opened again");
-  }
-  if (entry.state == VolumeState::loading || !state.hasDevice()) refuse(503, "the volume is loading");
-  if (entry.state == VolumeState::failed) refuse(503, "the volume failed: " + entry.error);
-  return *entry.served;
-}
-
-// A request on its way to a handler.
-struct Asked {
-  const HttpRequest& request;
-  const ServerState& state;
-  std::string_view id;  // of the path's {id}
-
-  const CatalogEntry& volume() const {
-    const CatalogEntry* entry = state.catalog.find(id);
-    if (entry == nullptr) refuse(404, "there is no such volume", "id");
-    return *entry;
-  }
-};
 
 // What watches the server must be answered when little memory is left: fixed text, no document.
 RouteResult answerHealth(const Asked& asked) { return jsonTextReply(asked.request, 200, R"({"alive":true})"); }
@@ -186,52 +163,38 @@ RouteResult answerVolume(const Asked& asked) {
   return jsonReply(asked.request, 200, std::move(document));
 }
 
+RouteResult answerVolumeReady(const Asked& asked) {
+  const CatalogEntry& entry = asked.volume();
+  const bool ready = entry.state == VolumeState::ready && asked.state.hasDevice() && !asked.state.draining;
+  HttpReply reply = jsonTextReply(
+      asked.request, ready ? 200 : 503,
+      fmt::format(R"({{"id":"{}","ready":{},"state":"{}"}})", entry.id, ready, volumeStateName(entry.state)));
+  if (!ready) reply.fields.emplace_back("Retry-After", "1");
+  return reply;
+}
+
 RouteResult answerImage(const Asked& asked) {
   const HttpRequest& request = asked.request;
   const CatalogEntry& entry = asked.volume();
-  const ImageRequest image = readImageRequest(request);
+  const auto [image, deadline] = readAskedImage(request);
   const ServedVolume& volume = requireReady(entry, asked.state);
   // An undefined view is refused here, before it waits for the device.
   ResolvedView view = resolveView(image.view, *volume.info);
   const std::string_view type = imageMimeType(image.format);
   if (!acceptsType(request, type)) refuse(406, fmt::format("this image is {}", type), "Accept");
   const std::string etag = imageTag(volume, image, asked.state);
-  const bool known = matchesTag(request, etag);
-  if (request.method != "POST" && (known || request.method == "HEAD")) {
-    HttpReply reply{.status = known ? 304 : 200, .type = known ? "" : std::string(type), .fields = {}, .body = {}};
-    reply.omit_body = true;
-    reply.fields.emplace_back("ETag", etag);
-    reply.fields.emplace_back("Cache-Control", "no-cache");
-    return reply;
+  if (request.method != "POST") {
+    if (auto reply = replyWithout(request, etag, type)) return *reply;
   }
-  return ImageJob{
-      .volume = entry.served, .view = std::move(view), .format = image.format, .quality = image.quality, .etag = etag};
+  return Question(ImageJob{.volume = entry.served,
+                           .view = std::move(view),
+                           .format = image.format,
+                           .quality = image.quality,
+                           .etag = etag,
+                           .deadline = deadline});
 }
 
-RouteResult answerRegion(const Asked& asked) {
-  const HttpRequest& request = asked.request;
-  const CatalogEntry& entry = asked.volume();
-  const RegionRequest region = readRegionRequest(readQuery(request));
-  const ServedVolume& volume = requireReady(entry, asked.state);
-  const std::uint64_t bytes = regionBytes(*volume.info, region, volume.id);
-  const std::uint64_t most = asked.state.options.max_region;
-  if (bytes > most) {
-    refuse(413, fmt::format("the region has {} bytes, of which a reply has at most {}", bytes, most), "box");
-  }
-  const std::string type = region.format == "nrrd" ? "application/x-nrrd" : "application/octet-stream";
-  if (!acceptsType(request, type)) refuse(406, fmt::format("this region is {}", type), "Accept");
-  const std::string content = fmt::format("{}|{}|{}", BLOCKWALK_VERSION, volume.identity, regionQuery(region));
-  const std::string etag = fmt::format("\"{}\"", contentTag(content));
-  if (matchesTag(request, etag)) {
-    HttpReply reply{.status = 304, .type = {}, .fields = {}, .body = {}};
-    reply.fields.emplace_back("ETag", etag);
-    reply.fields.emplace_back("Cache-Control", "no-cache");
-    return reply;
-  }
-  return RegionJob{.order = {.file = entry.file, .identity = volume.identity, .id = volume.id, .request = region},
-                   .type = type,
-                   .etag = etag};
-}
+RouteResult answerAnimate(const Asked& asked) { return readAnimationJob(asked); }
 
 RouteResult answerStream(const Asked& asked) {
   const ServerState& state = asked.state;
@@ -245,24 +208,41 @@ RouteResult answerStream(const Asked& asked) {
   return StreamJob{entry.served};
 }
 
+RouteResult answerOpenApi(const Asked& asked) { return jsonReply(asked.request, 200, openApiJson(interfacePaths())); }
+
 struct Route {
   Path path;
   RouteResult (*answer)(const Asked&);
-  bool has_query = false;
   bool is_probe = false;  // needs no token
 };
 
+constexpr std::string_view kPictures = "image/png image/jpeg image/webp application/octet-stream";
+constexpr std::string_view kAnimations = "application/zip image/webp";
+constexpr std::string_view kVoxels = "application/x-nrrd application/octet-stream";
+constexpr std::string_view kSlices = "image/png image/webp application/x-nrrd application/octet-stream";
+
 constexpr std::array kRoutes = {
-    Route{{"/healthz", kReadMethods, "alive"}, answerHealth, false, true},
-    Route{{"/livez", kReadMethods, "alive"}, answerHealth, false, true},
-    Route{{"/readyz", kReadMethods, "ready to render"}, answerReady, false, true},
-    Route{{"/metrics", kReadMethods, "Prometheus text"}, answerMetrics},
-    Route{{"/api/v1/device", kReadMethods, "the device"}, answerDevice},
-    Route{{"/api/v1/volumes", kReadMethods, "all volumes"}, answerVolumes},
-    Route{{"/api/v1/volumes/{id}", kReadMethods, "one volume"}, answerVolume},
-    Route{{"/api/v1/volumes/{id}/image", "GET, HEAD, POST, OPTIONS", "a picture"}, answerImage, true},
-    Route{{"/api/v1/volumes/{id}/region", kReadMethods, "voxels of a box"}, answerRegion, true},
-    Route{{"/api/v1/volumes/{id}/stream", "GET, OPTIONS", "WebSocket blockwalk.v1"}, answerStream, true},
+    Route{{"/healthz", kReadMethods, "alive", kJson}, answerHealth, true},
+    Route{{"/livez", kReadMethods, "alive", kJson}, answerHealth, true},
+    Route{{"/readyz", kReadMethods, "ready to render", kJson}, answerReady, true},
+    Route{{"/metrics", kReadMethods, "Prometheus text", "text/plain"}, answerMetrics},
+    Route{{"/api/v1/openapi.json", kReadMethods, "this document", kJson}, answerOpenApi},
+    Route{{"/api/v1/device", kReadMethods, "the device", kJson}, answerDevice},
+    Route{{"/api/v1/volumes", kReadMethods, "all volumes", kJson}, answerVolumes},
+    Route{{"/api/v1/volumes/{id}", kReadMethods, "one volume", kJson}, answerVolume},
+    Route{{"/api/v1/volumes/{id}/ready", kReadMethods, "one volume is ready to be drawn", kJson}, answerVolumeReady},
+    Route{{"/api/v1/volumes/{id}/image", "GET, HEAD, POST, OPTIONS", "a picture", kPictures, Query::image},
+          answerImage},
+    Route{{"/api/v1/volumes/{id}/animate", "POST, OPTIONS", "pictures one after the other", kAnimations,
+           Query::animation},
+          answerAnimate},
+    Route{{"/api/v1/volumes/{id}/region", kReadMethods, "voxels of a box", kVoxels, Query::region}, answerRegion},
+    Route{{"/api/v1/volumes/{id}/slice", kReadMethods, "a plane, as a picture or as values", kSlices, Query::slice},
+          answerSlice},
+    Route{{"/api/v1/volumes/{id}/explain", kReadMethods, "why a picture is empty or coarse", kJson, Query::view},
+          answerExplain},
+    Route{{"/api/v1/volumes/{id}/pick", kReadMethods, "what a pixel shows", kJson, Query::pick}, answerPick},
+    Route{{"/api/v1/volumes/{id}/stream", "GET, OPTIONS", "WebSocket blockwalk.v1", "", Query::upgrade}, answerStream},
 };
 
 // Whether the path is the route's, with the segment that stands where it has {id}.
@@ -312,7 +292,7 @@ RouteResult routePath(const HttpRequest& request, const ServerState& state) {
     return pageReply(request, state);
   }
   if (auto reply = judgeMethod(request, route->path.methods)) return *reply;
-  if (!route->has_query) refuseQuery(request);
+  if (route->path.query == Query::none) refuseQuery(request);
   return route->answer({.request = request, .state = state, .id = id});
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// From a request to what it asks for: a reply that is ready, an image to be rendered, or a stream to be opened. No
+// From a request to what it asks for: a reply that is ready, one that takes a while, or a stream to be opened. No
 // sockets.
 #pragma once
 
@@ -9,21 +9,13 @@
 #include <variant>
 #include <vector>
 
-#include "protocol/view_fields.h"
+#include "server/animation_job.h"
 #include "server/http/message.h"
+#include "server/questions.h"
 #include "server/region/region_maker.h"
 #include "server/state/server_state.h"
-#include "view/resolved_view.h"
 
 namespace blockwalk {
-
-struct ImageJob {
-  std::shared_ptr<const ServedVolume> volume;
-  ResolvedView view;
-  ImageFormat format = ImageFormat::png;
-  int quality = 85;
-  std::string etag;
-};
 
 struct RegionJob {
   RegionOrder order;
@@ -35,7 +27,7 @@ struct StreamJob {
   std::shared_ptr<const ServedVolume> volume;
 };
 
-using RouteResult = std::variant<HttpReply, ImageJob, RegionJob, StreamJob>;
+using RouteResult = std::variant<HttpReply, RegionJob, Question, AnimationJob, StreamJob>;
 
 // The request's header was judged before. Refusals come back as replies.
 RouteResult routeRequest(const HttpRequest& request, const ServerState& state);
@@ -44,10 +36,13 @@ RouteResult routeRequest(const HttpRequest& request, const ServerState& state);
 bool isProbe(const HttpRequest& request);
 
 // A path of the interface and what it has; `{id}` stands for one segment. All other paths are the page's.
+enum class Query { none, image, animation, view, region, slice, pick, upgrade };
 struct Path {
   std::string_view path;
   std::string_view methods;  // as Allow says them
   std::string_view summary;
+  std::string_view replies;  // media types, one of which it has
+  Query query = Query::none;
 };
 std::vector<Path> interfacePaths();
 

@@ -69,7 +69,9 @@ std::string replyHead(const HttpReply& reply) {
   for (const auto& [name, value] : reply.fields) head += fmt::format("{}: {}\r\n", name, value);
   const bool never_a_body = reply.status == 204 || reply.status == 304;
   // A HEAD that renders nothing does not know the length, and may leave it out (RFC 9110, 9.3.2).
-  if (!never_a_body && (reply.body || reply.more_bytes > 0 || !reply.omit_body)) {
+  if (reply.is_chunked) {
+    head += "Transfer-Encoding: chunked\r\n";
+  } else if (!never_a_body && (reply.body || reply.more_bytes > 0 || !reply.omit_body)) {
     head += fmt::format("Content-Length: {}\r\n", reply.body.size() + reply.more_bytes);
   }
   head += "X-Content-Type-Options: nosniff\r\n";

@@ -35,6 +35,7 @@ struct HttpReply {
   std::vector<std::pair<std::string, std::string>> fields = {};
   Bytes body = {};                  // without an owner: none
   std::uint64_t more_bytes = 0;     // that follow the body, from who sends it
+  bool is_chunked = false;          // what follows has a length that is not known: HTTP/1.1 alone
   bool omit_body = false;           // the answer to HEAD
   bool close = false;               // the connection ends after this
   std::shared_ptr<void> room = {};  // kept until the reply is sent

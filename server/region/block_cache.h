@@ -19,12 +19,15 @@ class BlockCache {
   static constexpr std::uint64_t kMostBytes = std::uint64_t{64} << 20;
 
   // `identity` is the content's. Throws what VolumeFile throws.
-  std::shared_ptr<const StoredBlocks> of(const VolumeFile& file, const std::string& identity, int level);
+  std::shared_ptr<const StoredBlocks> of(const VolumeFile& file, const std::string& identity, int level,
+                                         Form form = Form::values);
 
  private:
   struct Entry {
     std::string identity;
+    int step = 0;
     int level = 0;
+    Form form = Form::values;
     std::shared_ptr<const StoredBlocks> blocks;
   };
   std::mutex mutex_;          // guards the entries

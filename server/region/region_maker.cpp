@@ -5,7 +5,6 @@
 #include <utility>
 
 #include "protocol/problem.h"
-#include "server/base/file_look.h"
 #include "server/base/volume_error.h"
 #include "server/render/await_result.h"
 #include "server/render/render_thread.h"
@@ -23,16 +22,16 @@ ExportOptions exportOptions(const RegionRequest& request) {
           .channels = request.channels};
 }
 
-void requireIdentity(const RegionOrder& order) {
-  const FileLook look = lookAt(order.file);
-  if (look.identity == order.identity) return;
-  const std::string why = look.missing.empty() ? "was replaced" : look.is_gone ? "is gone" : "cannot be looked at";
-  throw ProblemError({.status = 503, .detail = fmt::format("{}: the file {}", order.id, why), .field = {}});
+ServedFile servedOf(const RegionOrder& order) {
+  return {.file = order.file, .identity = order.identity, .id = order.id};
 }
 
 }  // namespace
 
 std::uint64_t regionBytes(const VolumeInfo& info, const RegionRequest& request, const std::string& id) {
+  if (request.time >= info.steps) {
+    throw ViewError("time", fmt::format("{} is not within 0..{}, the volume's steps", request.time, info.steps - 1));
+  }
   try {
     return measureExport(info, exportOptions(request), id);
   } catch (const ExportError& error) {
@@ -43,8 +42,11 @@ std::uint64_t regionBytes(const VolumeInfo& info, const RegionRequest& request, 
 class Region {
  public:
   Region(const RegionOrder& order, std::shared_ptr<BlockCache> blocks)
-      : order_(order), blocks_(std::move(blocks)), file_(order.file), stream_(file_, exportOptions(order.request)) {
-    requireIdentity(order);  // looked at when it is open: another one under its name would have been opened
+      : order_(order),
+        blocks_(std::move(blocks)),
+        file_(openStep(order.file, order.request.time)),
+        stream_(file_, exportOptions(order.request)) {
+    requireIdentity(servedOf(order));  // looked at when it is open: another one under its name would have been opened
   }
 
   const ExportStream& stream() const { return stream_; }
@@ -63,28 +65,10 @@ class Region {
 
 namespace {
 
-// Has the counts in common, as coroutines may be destroyed after all else.
-class Lease {
- public:
-  Lease(std::shared_ptr<std::map<std::uint64_t, int>> open, std::uint64_t peer) : open_(std::move(open)), peer_(peer) {
-    ++(*open_)[peer_];
-  }
-  ~Lease() {
-    const auto entry = open_->find(peer_);
-    if (--entry->second == 0) open_->erase(entry);
-  }
-  Lease(const Lease&) = delete;
-  Lease& operator=(const Lease&) = delete;
-
- private:
-  std::shared_ptr<std::map<std::uint64_t, int>> open_;
-  std::uint64_t peer_;
-};
-
 OpenedRegion openRegion(const RegionOrder& order, const std::shared_ptr<BlockCache>& blocks) noexcept {
   OpenedRegion opened;
   try {
-    requireIdentity(order);
+    requireIdentity(servedOf(order));
     opened.region = std::make_shared<Region>(order, blocks);
     const ExportStream& stream = opened.region->stream();
     opened.bytes = stream.bytes();
@@ -101,6 +85,23 @@ OpenedRegion openRegion(const RegionOrder& order, const std::shared_ptr<BlockCac
   return opened;
 }
 
+class RegionBody final : public ReplyBody {
+ public:
+  RegionBody(RegionMaker& regions, std::shared_ptr<Region> region) : regions_(regions), region_(std::move(region)) {}
+  const char* name() const override { return "a region"; }
+  asio::awaitable<BodyPiece> next(std::shared_ptr<std::atomic<bool>> /*cancel*/) override {
+    RegionPiece piece = co_await regions_.next(region_);
+    BodyPiece body;
+    body.bytes = ownBytes(std::move(piece.bytes));
+    body.error = piece.error;
+    co_return body;
+  }
+
+ private:
+  RegionMaker& regions_;
+  std::shared_ptr<Region> region_;
+};
+
 RegionPiece nextPiece(Region& region) noexcept {
   RegionPiece piece;
   try {
@@ -113,12 +114,8 @@ RegionPiece nextPiece(Region& region) noexcept {
 
 }  // namespace
 
-std::shared_ptr<void> RegionMaker::lease(std::uint64_t peer) {
-  int all = 0;
-  for (const auto& [other, count] : *open_) all += count;
-  const auto own = open_->find(peer);
-  if (all >= kMost || (own != open_->end() && own->second >= kMostOfPeer)) return nullptr;
-  return std::make_shared<Lease>(open_, peer);
+std::unique_ptr<ReplyBody> bodyOf(RegionMaker& regions, std::shared_ptr<Region> region) {
+  return std::make_unique<RegionBody>(regions, std::move(region));
 }
 
 asio::awaitable<OpenedRegion> RegionMaker::open(RegionOrder order) {
@@ -126,6 +123,27 @@ asio::awaitable<OpenedRegion> RegionMaker::open(RegionOrder order) {
     asio::post(threads_, [answer = std::move(answer), order, blocks = blocks_] { answer(openRegion(order, blocks)); });
   };
   co_return co_await awaitResult<OpenedRegion>(mailbox_, work);
+}
+
+asio::awaitable<VoxelValues> RegionMaker::values(VoxelOrder order) {
+  const auto work = [this, &order](Answer<VoxelValues> answer) {
+    asio::post(threads_, [answer = std::move(answer), order, blocks = blocks_] { answer(readVoxel(order, *blocks)); });
+  };
+  co_return co_await awaitResult<VoxelValues>(mailbox_, work);
+}
+
+asio::awaitable<ReadSlice> RegionMaker::slice(SliceOrder order, std::shared_ptr<std::atomic<bool>> cancel) {
+  const auto slice = std::make_shared<SliceWork>(std::move(order), blocks_);
+  SliceStep last;
+  while (!last.is_done) {
+    if (cancel->load()) co_return ReadSlice{};
+    const auto work = [this, &slice](Answer<SliceStep> answer) {
+      asio::post(threads_, [answer = std::move(answer), slice] { answer(slice->step()); });
+    };
+    last = co_await awaitResult<SliceStep>(mailbox_, work);
+    if (last.error) co_return ReadSlice{.slice = nullptr, .error = last.error};
+  }
+  co_return ReadSlice{.slice = slice, .error = nullptr};
 }
 
 asio::awaitable<RegionPiece> RegionMaker::next(std::shared_ptr<Region> region) {

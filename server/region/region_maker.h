@@ -4,19 +4,23 @@
 // one thread, and frames go on beside it.
 #pragma once
 
+#include <atomic>
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <cstddef>
 #include <cstdint>
 #include <exception>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "protocol/region_request.h"
+#include "server/base/peer_places.h"
+#include "server/base/reply_body.h"
 #include "server/region/block_cache.h"
+#include "server/region/slice_work.h"
+#include "server/region/voxel_values.h"
 #include "server/render/mailbox.h"
 #include "volume/volume.h"
 
@@ -49,6 +53,15 @@ struct RegionPiece {
   std::exception_ptr error;
 };
 
+struct ReadSlice {
+  std::shared_ptr<SliceWork> slice;  // to be encoded; null where it was cancelled
+  std::exception_ptr error;
+};
+
+class RegionMaker;
+// The region's voxels, from their first.
+std::unique_ptr<ReplyBody> bodyOf(RegionMaker& regions, std::shared_ptr<Region> region);
+
 // Belongs to the socket thread, but for the work.
 class RegionMaker {
  public:
@@ -58,17 +71,20 @@ class RegionMaker {
   RegionMaker(Mailbox& mailbox, boost::asio::thread_pool& threads) : mailbox_(mailbox), threads_(threads) {}
 
   // One of those that are open, as long as the lease lives; null when there are as many as may be.
-  std::shared_ptr<void> lease(std::uint64_t peer);
+  std::shared_ptr<void> lease(std::uint64_t peer) { return places_.lease(peer); }
 
   // `error` is a ProblemError where the file is not what it was.
   boost::asio::awaitable<OpenedRegion> open(RegionOrder order);
   boost::asio::awaitable<RegionPiece> next(std::shared_ptr<Region> region);
+  boost::asio::awaitable<VoxelValues> values(VoxelOrder order);
+  // Reads it, in turns with all others; `cancel` ends it between two of them.
+  boost::asio::awaitable<ReadSlice> slice(SliceOrder order, std::shared_ptr<std::atomic<bool>> cancel);
 
  private:
   Mailbox& mailbox_;
   std::shared_ptr<BlockCache> blocks_ = std::make_shared<BlockCache>();
   boost::asio::thread_pool& threads_;
-  std::shared_ptr<std::map<std::uint64_t, int>> open_ = std::make_shared<std::map<std::uint64_t, int>>();  // by peer
+  PeerPlaces places_{kMost, kMostOfPeer};
 };
 
 }  // namespace blockwalk

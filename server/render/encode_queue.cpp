@@ -22,8 +22,8 @@ bool EncodeQueue::takesLong(ImageFormat format, std::int64_t pixels) {
   return pixels > kMega / 4;
 }
 
-EncodeQueue::Place& EncodeQueue::add(const Account& account, ImageFormat format, std::int64_t pixels, Encode encode) {
-  Place& place = queue_.add(account, {.encode = std::move(encode), .is_long = takesLong(format, pixels)});
+EncodeQueue::Place& EncodeQueue::add(const Account& account, bool is_long, Encode encode) {
+  Place& place = queue_.add(account, {.encode = std::move(encode), .is_long = is_long});
   startNext();
   return place;
 }

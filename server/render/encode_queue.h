@@ -29,7 +29,7 @@ class EncodeQueue {
   EncodeQueue(boost::asio::thread_pool& threads, std::size_t count) : threads_(threads), count_(count) {}
 
   // The place is held until finish(), which follows the answer. What throws leaves none behind.
-  Place& add(const Account& account, ImageFormat format, std::int64_t pixels, Encode encode);
+  Place& add(const Account& account, bool is_long, Encode encode);
   void finish(Place& place, double ms) noexcept;
   // After the threads have ended: drops all, unanswered.
   void end() noexcept;

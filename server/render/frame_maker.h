@@ -6,6 +6,7 @@
 #include <boost/asio/awaitable.hpp>
 #include <boost/asio/thread_pool.hpp>
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 #include "protocol/view_fields.h"
@@ -23,6 +24,7 @@ struct ImageOrder {
   ImageFormat format = ImageFormat::png;
   int quality = 85;
   FrameOrder frame{};
+  std::shared_ptr<PixelRoom::Lease> room{};  // that it is drawn in; null: it takes its own
 };
 
 struct MadeFrame {
@@ -35,6 +37,14 @@ struct MadeFrame {
   std::shared_ptr<void> room;  // held while the bytes are: see PixelRoom
 };
 
+// What an encoder made of something.
+struct Encoded {
+  Bytes bytes{};
+  double ms = 0;
+  bool cancelled = false;  // then there is nothing else
+  std::exception_ptr error{};
+};
+
 // On its way from the device to the encoder.
 struct DrawnFrame {
   Account account{};
@@ -45,6 +55,9 @@ struct DrawnFrame {
   std::shared_ptr<PixelRoom::Lease> room;
 };
 
+// Makes bytes of a frame, on a thread of the pool; what it throws comes back.
+using EncodeFrame = std::function<Bytes(std::shared_ptr<const Frame>)>;
+
 class FrameMaker {
  public:
   // Pictures have place in `room`, and are counted in `counters`. `encoders` has `encode_threads`.
@@ -54,10 +67,24 @@ class FrameMaker {
 
   // May a frame of this size be ordered now?
   bool hasRoom(const Account& account, const ViewChoices& view) const;
+  bool hasRoom(const Account& account, const FrameOrder& order) const;
+  // Room for what is held at a time of several frames of one order, words of 4 bytes: they are drawn in it and take
+  // none of their own. Null: there is none now.
+  std::shared_ptr<PixelRoom::Lease> takeRoom(const Account& account, std::int64_t pixels);
+  static std::int64_t pixelCount(const ViewChoices& view);
   // Throw what the renderer or the encoder threw. Pass arguments that have a name: GCC 12 destroys a braced temporary
   // inside a co_await expression twice, which ends in a crash now and then.
   boost::asio::awaitable<DrawnFrame> draw(ImageOrder order);
   boost::asio::awaitable<MadeFrame> encode(DrawnFrame drawn);
+  // Draws nothing (FrameOrder::ahead).
+  boost::asio::awaitable<void> bringAhead(ImageOrder order);
+  // In another way than in the frame's format, which says how long that takes.
+  boost::asio::awaitable<MadeFrame> encode(DrawnFrame drawn, EncodeFrame encode_frame);
+  // Whatever else is encoded, in turns with frames: `encode` on one of the encoders' threads, unless `given_up` is set
+  // by then. Throws what it threw.
+  boost::asio::awaitable<Encoded> encode(Account account, bool is_long,
+                                         std::shared_ptr<const std::atomic<bool>> given_up,
+                                         std::function<Bytes()> encode);
   // One after the other.
   boost::asio::awaitable<MadeFrame> make(ImageOrder order);
   // The flag of an order is set, and the order ends at its next turn, which comes at once.

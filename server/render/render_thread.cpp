@@ -146,13 +146,20 @@ void RenderThread::tell(DeviceState state) noexcept {
   mailbox_.nudge();
 }
 
-// Whoever is cancelled goes first, as it only has to end; the others by their turn.
+// Whoever is cancelled goes first, as it only has to end; the others by their turn, and what may come after all of
+// them.
 RenderThread::Queue::Entry* RenderThread::nextTurn() {
   Queue::Entry* cancelled = nullptr;
   queue_.forEach([&](Queue::Entry& entry) {
     if (isCancelled(entry.job.order.frame)) cancelled = &entry;
   });
-  return cancelled != nullptr ? cancelled : queue_.next([this](const Queue::Entry& entry) { return mayRun(entry); });
+  if (cancelled != nullptr) return cancelled;
+  const auto next = [this](bool ahead) {
+    return queue_.next(
+        [&](const Queue::Entry& entry) { return entry.job.order.frame.ahead == ahead && mayRun(entry); });
+  };
+  Queue::Entry* drawn = next(false);
+  return drawn != nullptr ? drawn : next(true);
 }
 
 bool RenderThread::mayRun(const Queue::Entry& entry) {
@@ -219,7 +226,7 @@ void RenderThread::takeTurn(Queue::Entry& entry) noexcept {
   {
     const std::lock_guard lock(mutex_);
     running_ = nullptr;
-    queue_.charge(entry, ms);
+    if (!job.order.frame.ahead) queue_.charge(entry, ms);  // nobody else wanted that time
     if (is_done) done.emplace(queue_.remove(entry));
   }
   noteMemory();

@@ -38,6 +38,11 @@ std::string metricsText(const ServerState& state) {
   metrics.add("failed_requests_total", "counter", "requests answered with 5xx", counters.failed_requests);
   metrics.add("frames_total", "counter", "frames rendered", counters.frames.drawn);
   metrics.add("cancelled_frames_total", "counter", "frames given up for a newer view", counters.frames.cancelled);
+  metrics.add("pages_total", "counter", "blocks of voxels read for frames", counters.frames.pages);
+  metrics.add("pages_ahead_total", "counter", "blocks of voxels read for views that might come",
+              counters.frames.pages_ahead);
+  metrics.add("pages_foreseen_total", "counter", "blocks read ahead that a frame has shown since",
+              counters.frames.pages_foreseen);
   metrics.add("dropped_views_total", "counter", "views that no frame showed", counters.dropped_views);
   metrics.add("sent_bytes_total", "counter", "bytes of replies and frames", counters.sent_bytes);
   metrics.add("sessions_total", "counter", "streams opened", counters.sessions);

@@ -7,6 +7,7 @@
 #include <set>
 
 #include "server/base/counted.h"
+#include "server/base/peer_places.h"
 #include "server/http/waiting_connections.h"
 #include "server/region/region_maker.h"
 #include "server/render/frame_maker.h"
@@ -32,6 +33,7 @@ struct Services {
   RegionMaker& regions;
   std::shared_ptr<boost::asio::ssl::context> tls = {};  // null: plain connections
   WaitingConnections waiting = {};
+  PeerPlaces animations{4, 2};  // at a time, and of one peer
   std::set<OpenStream*> streams = {};
   Count busy = {};  // requests being served, and streams
 };

@@ -29,7 +29,9 @@ OutFrame outFrame(const PaceStep& step, ImageFormat format, MadeFrame made, std:
                            .samples = step.samples_end,
                            .gpu_ms = made.stats.gpu_ms,
                            .encode_ms = made.encode_ms,
-                           .dropped = dropped_views};
+                           .dropped = dropped_views,
+                           .drawn_pixels = made.stats.drawn_pixels,
+                           .reasons = made.stats.reasons};
   return {.head = frameHead(header),
           .image = std::move(made.image),
           .text_after = step.is_last ? statsMessage(step.id, seq, made.stats) : std::string(),

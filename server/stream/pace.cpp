@@ -2,12 +2,14 @@
 #include "server/stream/pace.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace blockwalk {
 namespace {
 
 constexpr double kRaiseMargin = 0.7;  // a larger scale must fit this share of the time, so that scales do not alternate
 constexpr double kTrialGrowth = 1.5;  // of the cost, at twice the scale: more is not worth a trial
+constexpr double kForetoldSlow = 4;   // times the budget: a still picture may have loaded something, so it must be sure
 constexpr int kFreeFrames = 60;       // in a row: the link is well
 constexpr int kQualityDown = 10;
 constexpr int kQualityUp = 5;
@@ -61,6 +63,7 @@ PaceStep StreamPace::next(Clock::time_point now) {
   if (unsent_ > 0 && !overlaps()) return {};
   PaceStep step{.kind = is_shown ? PaceStep::Kind::still : PaceStep::Kind::moving, .when = now, .id = newest_id_};
   if (step.kind == PaceStep::Kind::moving) {
+    foresee();
     step.scale = scale_;
     step.quality = std::min(quality_, still_.quality);
   } else {
@@ -104,7 +107,10 @@ void StreamPace::frameSent(const PaceStep& step, const FrameCost& took, std::siz
     const double share = static_cast<double>(bytes) / static_cast<double>(*limits_.max_bytes_per_second);
     link_free_ = std::max(link_free_, now) + seconds(share);
   }
-  if (step.kind == PaceStep::Kind::still) return;
+  if (step.kind == PaceStep::Kind::still) {
+    still_ms_ = took.draw_ms / std::max(1, step.samples_end - step.samples_begin);
+    return;
+  }
   // One that was under way when the scale changed says nothing about the new one.
   if (step.scale == scale_) judgeCost(cost_ms, now);
   judgeLink(bytes, now);
@@ -122,6 +128,15 @@ void StreamPace::sendingFailed(const PaceStep& step) {
   const auto unsent = static_cast<std::size_t>(unsent_--);
   if (in_flight_.size() >= unsent) in_flight_.erase(in_flight_.end() - static_cast<std::ptrdiff_t>(unsent));
   frameFailed(step);
+}
+
+// The first frame of a move would else be the one to tell that the scale is far too large, and take that long.
+void StreamPace::foresee() {
+  const double still_ms = std::exchange(still_ms_, std::nullopt).value_or(0);
+  if (still_ms * scale_ * scale_ <= kForetoldSlow * budgetMs()) return;
+  double fitting = scale_ / 2;
+  while (fitting > kSmallestScale && still_ms * fitting * fitting > budgetMs()) fitting /= 2;
+  lowerScale(fitting);
 }
 
 void StreamPace::judgeCost(double cost_ms, Clock::time_point now) {

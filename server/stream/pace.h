@@ -7,9 +7,9 @@
 // all that it asks for. Steps follow each other as fast as the client acknowledges them.
 //
 // The scale goes down when two frames in a row are too slow (one may be: it loaded something), or when the client does
-// not keep up at the lowest quality. It goes up when even a cost that grows with the pixels would fit. A part of the
-// cost does not grow, so that otherwise a larger scale is tried out: should it be too slow, one frame tells, and the
-// next trial waits twice as long.
+// not keep up at the lowest quality; and at once when the still picture before a move foretells a frame far too slow.
+// It goes up when even a cost that grows with the pixels would fit. A part of the cost does not grow, so that otherwise
+// a larger scale is tried out: should it be too slow, one frame tells, and the next trial waits twice as long.
 #pragma once
 
 #include <algorithm>
@@ -91,6 +91,7 @@ class StreamPace {
   double budgetMs() const { return 1000 / limits_.fps; }
   // Whether one frame is drawn while another is encoded: where the link is bound the bytes of one must be known before.
   bool overlaps() const { return !limits_.max_bytes_per_second && limits_.frames_in_flight > 1; }
+  void foresee();
   void judgeCost(double cost_ms, Clock::time_point now);
   void judgeLink(std::size_t bytes, Clock::time_point now);
   void raiseScale(Clock::time_point now);
@@ -125,6 +126,7 @@ class StreamPace {
   int quality_ = 85;
   double scale_ = 0.5;                       // the first frame's cost is unknown
   std::optional<double> last_cost_ms_ = {};  // of the newest frame at this scale
+  std::optional<double> still_ms_ = {};  // of one sample of the newest still picture; none once a frame was foretold
   Pause cost_pause_{std::chrono::seconds(10), std::chrono::seconds(80)};
   Pause link_pause_{std::chrono::seconds(2), std::chrono::seconds(16)};
   int held_up_frames_ = 0;  // in a row, at the lowest quality

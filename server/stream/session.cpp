@@ -14,6 +14,8 @@
 #include "server/base/reason.h"
 #include "server/base/signal.h"
 #include "server/http/problem.h"
+#include "server/stream/accept.h"
+#include "server/stream/look_ahead.h"
 #include "server/stream/message_rate.h"
 #include "server/stream/outbox.h"
 #include "server/stream/pace.h"
@@ -44,6 +46,7 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   asio::awaitable<void> paint();
   asio::awaitable<void> deliver();
   asio::awaitable<void> write();
+  asio::awaitable<void> lookAhead() { co_await ahead_.run(); }
   void sayHello();
   const ServedVolume& volume() const override { return *volume_; }
   std::uint64_t peer() const override { return account_.peer; }
@@ -101,6 +104,7 @@ class StreamSession final : public OpenStream, public std::enable_shared_from_th
   Signal deliver_signal_;
   Signal room_signal_;
   StreamOutbox outbox_;
+  LookAhead ahead_;
 };
 
 // A stream is a group of its own: among those of a peer, and beside its requests, it has its share.
@@ -123,11 +127,13 @@ StreamSession::StreamSession(WebSocket socket, Services& services, std::shared_p
       paint_signal_(socket_.get_executor()),
       deliver_signal_(socket_.get_executor()),
       room_signal_(socket_.get_executor()),
-      outbox_(socket_, services, [this] {
-        room_signal_.notify();
-        paint_signal_.notify();
-        deliver_signal_.notify();
-      }) {
+      outbox_(socket_, services,
+              [this] {
+                room_signal_.notify();
+                paint_signal_.notify();
+                deliver_signal_.notify();
+              }),
+      ahead_(socket_.get_executor(), services.frames) {
   services_.streams.insert(this);
   ++services_.state.counters.sessions;
 }
@@ -153,6 +159,7 @@ void StreamSession::close(websocket::close_code code) {
 void StreamSession::vanish() {
   state_ = State::gone;
   if (cancel_) services_.frames.cancel(*cancel_);
+  ahead_.end();
   outbox_.abandon();
   paint_signal_.notify();
   deliver_signal_.notify();
@@ -249,6 +256,7 @@ asio::awaitable<void> StreamSession::paint() {
       co_await paintOne(step);
     }
   }
+  ahead_.end();
   has_painted_ = true;
   deliver_signal_.notify();
 }
@@ -268,6 +276,7 @@ ImageOrder StreamSession::orderOf(const PaceStep& step) const {
 }
 
 asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
+  ahead_.stop();
   step_ = step;
   paint_begin_ = Clock::now();
   cancel_ = std::make_shared<std::atomic<bool>>(false);
@@ -290,6 +299,7 @@ asio::awaitable<void> StreamSession::paintOne(PaceStep step) {
     pace_.frameCancelled(step);
   } else {
     pace_.frameDrawn(step);
+    if (step.kind == PaceStep::Kind::moving) ahead_.goOn(order, drawn.frame->stats.paged);
     undelivered_ = {.step = step, .frame = std::move(drawn), .draw_ms = msSince(paint_begin_)};
     deliver_signal_.notify();
   }
@@ -363,23 +373,12 @@ void spawnLoop(const std::shared_ptr<StreamSession>& session, asio::awaitable<vo
 
 asio::awaitable<void> serveStream(WireStream stream, beast::http::request<beast::http::string_body> upgrade,
                                   Services& services, std::shared_ptr<const ServedVolume> volume, std::uint64_t peer) {
-  const ServerOptions& options = services.state.options;
   Counted place(services.state.counts.sessions);  // before the handshake, which waits for the client
   const auto executor = stream.get_executor();
   stream.expires_never();  // the WebSocket has timers of its own
   WebSocket socket(std::move(stream));
-  socket.set_option(websocket::stream_base::timeout{.handshake_timeout = std::chrono::seconds(options.header_time),
-                                                    .idle_timeout = std::chrono::seconds(options.idle_time),
-                                                    .keep_alive_pings = true});
-  socket.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
-    response.set(beast::http::field::sec_websocket_protocol, kStreamProtocol);
-  }));
-  socket.read_message_max(kMaxMessageBytes);
-  socket.auto_fragment(false);  // the session cuts messages itself
-  error_code error;
-  co_await socket.async_accept(upgrade, keepError(error));
-  if (error) co_return;
-  beast::get_lowest_layer(socket).socket().set_option(asio::ip::tcp::no_delay(true), error);
+  const bool is_open = co_await acceptStream(socket, upgrade, services.state.options);
+  if (!is_open) co_return;
   const auto session =
       std::make_shared<StreamSession>(std::move(socket), services, std::move(volume), peer, std::move(place));
   std::exception_ptr thrown;
@@ -389,6 +388,7 @@ asio::awaitable<void> serveStream(WireStream stream, beast::http::request<beast:
     spawnLoop(session, &StreamSession::paint, executor);
     spawnLoop(session, &StreamSession::deliver, executor);
     spawnLoop(session, &StreamSession::write, executor);
+    spawnLoop(session, &StreamSession::lookAhead, executor);
     co_await session->read();
   } catch (...) {
     thrown = std::current_exception();

@@ -23,11 +23,14 @@ struct FakeControl {
   std::atomic<int> full_pixels = 0;  // of the size that band_ms is for; 0: every size takes it
   std::atomic<int> band_pixels = 0;  // not 0: a frame of more pixels than `bands` such bands has more bands
   std::atomic<bool> hold_load = false;
-  std::atomic<bool> read_voxels = false;  // frames read level 0 from the file
-  std::atomic<bool> fail_device = false;  // frames throw DeviceError
-  std::atomic<bool> fail_memory = false;  // frames throw bad_alloc
-  std::atomic<int> samples = 0;           // of the newest frame
-  std::atomic<int> fewest_samples = 0;    // of all frames; 0: none yet
+  std::atomic<bool> read_voxels = false;   // frames read level 0 from the file
+  std::atomic<bool> fail_device = false;   // frames throw DeviceError
+  std::atomic<bool> fail_memory = false;   // frames throw bad_alloc
+  std::atomic<bool> draw_nothing = false;  // frames say that no pixel of them shows anything
+  std::atomic<bool> paged = false;         // frames say that their voxels come and go
+  std::atomic<int> ahead_pieces = 1;       // of an order to bring in what may come, a millisecond each
+  std::atomic<int> samples = 0;            // of the newest frame
+  std::atomic<int> fewest_samples = 0;     // of all frames; 0: none yet
   std::atomic<int> started = 0;
   std::atomic<int> finished = 0;
   std::atomic<int> cancelled = 0;
@@ -91,6 +94,14 @@ struct FakeControl {
     const std::lock_guard lock(mutex_);
     return steps_;
   }
+  void addAhead(const ResolvedView& view) {
+    const std::lock_guard lock(mutex_);
+    ahead_.push_back(view);
+  }
+  std::vector<ResolvedView> viewsAhead() {
+    const std::lock_guard lock(mutex_);
+    return ahead_;
+  }
   void addForgotten(std::uint64_t owner) {
     const std::lock_guard lock(mutex_);
     forgotten_.push_back(owner);
@@ -102,7 +113,8 @@ struct FakeControl {
 
  private:
   std::mutex mutex_;
-  std::vector<SampleStep> steps_;  // of refinements, in the order in which they began
+  std::vector<SampleStep> steps_;    // of refinements, in the order in which they began
+  std::vector<ResolvedView> ahead_;  // for which something was to be brought in
   std::vector<std::uint64_t> forgotten_;
   Fault fault_ = Fault::none;
   int calls_left_ = 0;
@@ -159,7 +171,8 @@ class FakeRenderer final : public Renderer {
    public:
     FakeFrame(FakeControl& control, int renderer, ResidentVolume& volume, FrameOrder order)
         : control_(control), renderer_(renderer), volume_(dynamic_cast<FakeVolume&>(volume)), order_(std::move(order)) {
-      if (order_.prepare_only) return;
+      if (order_.ahead) control_.addAhead(order_.view);
+      if (order_.prepare_only || order_.ahead) return;
       const ResolvedView& view = order_.view;
       control_.samples = view.samples;
       const int fewest = control_.fewest_samples;
@@ -175,7 +188,7 @@ class FakeRenderer final : public Renderer {
       share_ = control_.full_pixels == 0 ? 1 : pixels / control_.full_pixels;
     }
     ~FakeFrame() override {
-      if (!order_.prepare_only) --control_.under_way;
+      if (!order_.prepare_only && !order_.ahead) --control_.under_way;
       if (holds_) --control_.holding;
       control_.destroy(renderer_);
     }
@@ -188,6 +201,10 @@ class FakeRenderer final : public Renderer {
         if (!control_.hold_load || isCancelled()) return false;
         std::this_thread::sleep_for(std::chrono::milliseconds(2));
         return true;
+      }
+      if (order_.ahead) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        return !isCancelled() && ++band_ < control_.ahead_pieces;
       }
       const bool needs_room = order_.view.width * order_.view.height >= control_.needs_no_room_below;
       if (control_.room != 0 && needs_room && !holds_ && !isCancelled()) {
@@ -220,6 +237,10 @@ class FakeRenderer final : public Renderer {
       Frame frame{.width = view.width, .height = view.height, .pixels = {}, .probes = {}, .stats = {}};
       if (order_.prepare_only) return frame;
       frame.cancelled = isCancelled();
+      if (order_.ahead) {
+        frame.stats.pages_read = 1;
+        return frame;
+      }
       ++(frame.cancelled ? control_.cancelled : control_.finished);
       if (frame.cancelled) return frame;
       const auto tint = static_cast<std::uint32_t>(std::abs(view.camera.eye.x) * 1000) & 0xff;
@@ -231,6 +252,9 @@ class FakeRenderer final : public Renderer {
         }
       }
       frame.stats = {.gpu_ms = 1, .total_ms = 1, .rays = frame.pixels.size(), .finder = "grid", .kernel = "fake"};
+      frame.stats.paged = control_.paged;
+      frame.stats.drawn_pixels = control_.draw_nothing ? 0 : frame.pixels.size();
+      frame.stats.reasons = reasonsOf(view, volume_.info(), frame.stats);
       return frame;
     }
 

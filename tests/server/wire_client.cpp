@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <span>
 
+#include "protocol/reasons_json.h"
 #include "protocol/stream_messages.h"
 
 namespace blockwalk {
@@ -82,6 +83,26 @@ bool WireClient::hasBytes() {
 
 bool WireClient::atEnd() { return buffer_.empty() && !fill(); }
 
+std::optional<std::string> WireClient::readChunk() {
+  std::size_t end = 0;
+  while ((end = buffer_.find("\r\n")) == std::string::npos) {
+    if (!fill()) return {};
+  }
+  const std::size_t size = std::stoul(*readBytes(end + 2), nullptr, 16);
+  auto chunk = readBytes(size + 2);
+  if (chunk) chunk->resize(size);
+  return chunk;
+}
+
+std::optional<std::string> WireClient::readChunks() {
+  std::string body;
+  while (true) {
+    const auto chunk = readChunk();
+    if (!chunk || chunk->empty()) return chunk ? std::optional(body) : std::nullopt;
+    body += *chunk;
+  }
+}
+
 WireReply WireClient::readReply(bool has_body) {
   WireReply reply;
   std::size_t end = 0;
@@ -96,7 +117,9 @@ WireReply WireClient::readReply(bool has_body) {
     reply.fields[lowerCase(head.substr(line, colon - line))] = head.substr(colon + 2, stop - colon - 2);
     line = stop + 2;
   }
-  if (has_body && reply.fields.contains("content-length")) {
+  if (has_body && reply.fields["transfer-encoding"] == "chunked") {
+    reply.body = readChunks().value_or("(cut short)");
+  } else if (has_body && reply.fields.contains("content-length")) {
     reply.body = readBytes(std::stoul(reply.fields["content-length"])).value_or("(cut short)");
   }
   return reply;
@@ -202,9 +225,13 @@ nlohmann::json StreamClient::readFrame(bool acknowledge) {
     image_.assign(reinterpret_cast<const char*>(parsed.image.data()), parsed.image.size());
     const auto& header = parsed.header;
     if (acknowledge) sendText(fmt::format(R"({{"type":"ack","id":{}}})", header.id));
-    return {{"id", header.id},         {"seq", header.seq},         {"width", header.width},
-            {"height", header.height}, {"format", header.format},   {"final", header.final},
-            {"scale", header.scale},   {"dropped", header.dropped}, {"samples", header.samples}};
+    nlohmann::json members = {{"id", header.id},           {"seq", header.seq},
+                              {"width", header.width},     {"height", header.height},
+                              {"format", header.format},   {"final", header.final},
+                              {"scale", header.scale},     {"dropped", header.dropped},
+                              {"samples", header.samples}, {"drawn_pixels", header.drawn_pixels}};
+    if (!header.reasons.empty()) members["reasons"] = reasonsJson(header.reasons);
+    return members;
   }
   ADD_FAILURE() << "the stream ended before a frame";
   return nlohmann::json::object();

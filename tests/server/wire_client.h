@@ -32,12 +32,15 @@ class WireClient {
   void finishSending();
   // The next reply; `has_body` false for HEAD. Waits up to two minutes.
   WireReply readReply(bool has_body = true);
-  bool hasBytes();  // something can be read at once, the end also
-  bool atEnd();     // nothing more comes, and the peer has closed
+  WireReply readHead() { return readReply(false); }
+  std::optional<std::string> readChunk();  // empty: the last; none: the connection ended
+  bool hasBytes();                         // something can be read at once, the end also
+  bool atEnd();                            // nothing more comes, and the peer has closed
   std::optional<std::string> readBytes(std::size_t count);
 
  private:
   bool fill();
+  std::optional<std::string> readChunks();
   int socket_ = -1;
   std::string buffer_;
 };

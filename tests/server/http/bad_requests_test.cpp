@@ -155,6 +155,14 @@ TEST_P(BadRequests, AreRefusedOnce) {
   expectServing();
 }
 
+TEST(BadRequests, ALongTargetIsToldItsBoundAndAWayOut) {
+  WireClient client(sharedServer().port());
+  client.send("GET /api/v1/volumes/rock/image?tf=" + std::string(100000, '1') + " HTTP/1.1\r\n");
+  const std::string detail = client.readReply().json()["detail"];
+  EXPECT_THAT(detail, testing::HasSubstr("at most 32768 bytes"));
+  EXPECT_THAT(detail, testing::HasSubstr("POST .../image"));
+}
+
 INSTANTIATE_TEST_SUITE_P(Table, BadRequests, testing::ValuesIn(kBadBytes),
                          [](const auto& test) { return std::string(test.param.name); });
 

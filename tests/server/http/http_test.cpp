@@ -133,8 +133,11 @@ TEST(Http, EveryPathOfTheTableAnswersAndSaysItsMethods) {
     const auto deleted = request(server.port(), fmt::format("DELETE {} HTTP/1.1\r\nHost: localhost\r\n\r\n", target));
     EXPECT_EQ(deleted.status, 405) << target;
     EXPECT_EQ(deleted.fields.at("allow"), path.methods) << target;
+    if (target.ends_with("/pick")) target += "?x=0&y=0";
+    if (target.ends_with("/slice")) target += "?axis=z&index=0";
     const int status = get(server.port(), target).status;
-    EXPECT_TRUE(status == 200 || status == 426) << target << " " << status;
+    const bool is_got = path.methods.find("GET") != std::string_view::npos;
+    EXPECT_TRUE(is_got ? status == 200 || status == 426 : status == 405) << target << " " << status;
   }
   EXPECT_EQ(get(server.port(), "/api/v1/volumes/rock/nothing").status, 404);
   EXPECT_EQ(get(server.port(), "/livez").status, 200);

@@ -8,6 +8,8 @@
 
 #include "tests/server/log_capture.h"
 #include "tests/server/running_server.h"
+#include "tests/volume/memory_source.h"
+#include "volume/build/steps_builder.h"
 #include "volume/export/export.h"
 
 namespace blockwalk {
@@ -43,6 +45,34 @@ TEST(Region, IsWhatAnExportIs) {
   EXPECT_EQ(raw.body.size(), 2u * 3 * 4 * 4);
   EXPECT_EQ(nlohmann::json::parse(raw.fields.at("x-blockwalk-raw")),
             nlohmann::json::parse(R"({"dims":[2,3,4],"channels":1,"type":"rgba8"})"));
+}
+
+// Steps in time: a region is of one, and so is an image.
+TEST(Region, IsOfOneStep) {
+  const auto path = scratchFolder() / "film.bwv";
+  StepsBuilder builder(path, 2);
+  for (unsigned step = 0; step < 2; ++step) {
+    volume_test::MemorySource source = volume_test::randomSource(VoxelType::u8, {40, 30, 20}, 1 + step);
+    builder.add(source, {});
+  }
+  builder.finish();
+  RunningServer server({.files = {path}});
+  EXPECT_EQ(get(server.port(), "/api/v1/volumes/film").json()["steps"], 2);
+  const std::string region = "/api/v1/volumes/film/region?format=raw";
+  const auto first = get(server.port(), region + "&time=0");
+  const auto second = get(server.port(), region + "&time=1");
+  EXPECT_TRUE(first.body == get(server.port(), region).body);
+  EXPECT_FALSE(second.body == first.body);
+  EXPECT_NE(second.fields.at("etag"), first.fields.at("etag"));
+  exportVolume(VolumeFile(path).atStep(1), scratchFolder() / "exported", {.format = ExportFormat::raw});
+  EXPECT_TRUE(second.body == bytesOf(scratchFolder() / "exported"));
+  const auto none = get(server.port(), region + "&time=2");
+  EXPECT_EQ(none.status, 400);
+  EXPECT_EQ(none.json()["field"], "time");
+  EXPECT_EQ(get(server.port(), "/api/v1/volumes/film/image?size=9x9&time=1").status, 200);
+  const auto image = get(server.port(), "/api/v1/volumes/film/image?time=2");
+  EXPECT_EQ(image.status, 400);
+  EXPECT_EQ(image.json()["field"], "time");
 }
 
 TEST(Region, IsNotSentAgainToWhoHasIt) {

@@ -30,7 +30,7 @@ class EncodeQueueTest : public testing::Test {
   }
 
   EncodeQueue::Place& add(const std::string& name, std::uint64_t peer, std::int64_t pixels) {
-    return queue_.add({.peer = peer, .group = 1, .client = ++client_}, ImageFormat::png, pixels,
+    return queue_.add({.peer = peer, .group = 1, .client = ++client_}, EncodeQueue::takesLong(ImageFormat::png, pixels),
                       [this, name](const std::exception_ptr&) {
                         std::unique_lock lock(mutex_);
                         begun_.push_back(name);

@@ -228,6 +228,27 @@ struct Rig {
   }
 };
 
+TEST(StreamPace, AStillPictureForetellsTheFirstFrameOfAMove) {
+  for (const auto& [still_ms, samples, scale] :
+       {std::tuple{30.0, 1, 0.5}, {500.0, 1, 0.5}, {1500.0, 1, 0.125}, {600.0, 1, 0.125}, {1500.0, 16, 0.5}}) {
+    StreamPace pace({});
+    auto now = kStart;
+    pace.setView(1, {.quality = 85, .samples = samples, .in_steps = false}, now);
+    sendDrawn(pace, pace.next(now), 20, 1000, now);
+    pace.acknowledge(1);
+    now += StreamPace::kStillTime;
+    const PaceStep still = pace.next(now);
+    ASSERT_EQ(still.kind, Kind::still);
+    now += milliseconds(1000);
+    sendDrawn(pace, still, still_ms, 1000, now);
+    pace.acknowledge(1);
+    now += milliseconds(1000);
+    pace.setView(2, {}, now);
+    EXPECT_EQ(pace.next(now).scale, scale) << still_ms << ", " << samples;
+    EXPECT_EQ(pace.next(now).scale, scale) << "once";
+  }
+}
+
 TEST(StreamPace, QuickFramesAreDrawnAtFullScale) {
   for (const double fixed_ms : {0.0, 6.0, 8.5}) {  // a frame at full scale costs 9 ms each time
     Rig rig{.fixed_ms = fixed_ms, .full_ms = 9 - fixed_ms};

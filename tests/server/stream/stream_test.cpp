@@ -242,7 +242,7 @@ const BadFrame kBadFrames[] = {
     {"continuation_first", masked("\x80\x82", "{}"), 1002},
     {"not_utf8", masked("\x81\x82", "\xff\xfe"), 1007},
     {"announced_2_63", masked(std::string("\x81\xff\x7f\xff\xff\xff\xff\xff\xff\xff", 10)), 1009},
-    {"too_long", masked(std::string("\x81\xff\x00\x00\x00\x00\x00\x02\x00\x00", 10)), 1009},
+    {"too_long", masked(std::string("\x81\xff\x00\x00\x00\x00\x00\x04\x00\x01", 10)), 1009},
     {"close_1005", masked("\x88\x82", "\x03\xed"), 1002},
     {"close_999", masked("\x88\x82", "\x03\xe7"), 1002},
     {"close_1_byte", masked("\x88\x81", "\x03"), 1002},
