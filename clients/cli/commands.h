@@ -7,11 +7,14 @@
 
 namespace blockwalk {
 
+void addAnimateCommand(CLI::App& app);
 void addDemoCommand(CLI::App& app);
+void addDoctorCommand(CLI::App& app);
 void addExportCommand(CLI::App& app);
 void addImportCommand(CLI::App& app);
 void addInfoCommand(CLI::App& app);
 void addRenderCommand(CLI::App& app);
+void addSliceCommand(CLI::App& app);
 void addVerifyCommand(CLI::App& app);
 
 // Exit codes: the work failed; the command was used wrongly.

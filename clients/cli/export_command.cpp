@@ -21,6 +21,7 @@ struct ExportCommand {
   std::string output;
   std::string format;
   int level = 0;
+  int time = 0;
   std::string box;
   std::string channels;
 
@@ -40,7 +41,11 @@ struct ExportCommand {
     if (std::filesystem::equivalent(output, source, absent)) {
       throw UsageError(fmt::format("-o: {} is the volume to export", output));
     }
-    const VolumeFile file(source);
+    const VolumeFile all(source);
+    if (time >= all.info().steps) {
+      throw UsageError(fmt::format("--time: step {} is asked for, the volume has 0..{}", time, all.info().steps - 1));
+    }
+    const VolumeFile file = all.atStep(time);
     ExportReport report;
     {
       Progress progress;
@@ -76,6 +81,7 @@ void addExportCommand(CLI::App& app) {
       ->check(CLI::IsMember(exportFormatNames()));
   command->add_option("--level", exported->level, "resolution level, 0 is the finest (0)")
       ->check(CLI::Range(0, kMaxLevels - 1));
+  command->add_option("--time", exported->time, "step in time, counted from 0 (0)")->check(CLI::NonNegativeNumber);
   command->add_option("--box", exported->box, "voxels of the level, from x0,y0,z0 up to, not with, x1,y1,z1 (all)")
       ->type_name("x0,y0,z0,x1,y1,z1");
   command->add_option("--channels", exported->channels, "which, and in what order (all)")->type_name("N[,N...]");

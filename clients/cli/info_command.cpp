@@ -19,6 +19,7 @@
 #include "renderer/level_needs.h"
 #include "renderer/renderer.h"
 #include "volume/file/file.h"
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -100,8 +101,17 @@ void printMetadata(const json& volume) {
   const auto metadata = volume.find("metadata");
   if (metadata == volume.end()) return;
   for (const auto& [key, value] : metadata->items()) {
-    if (key != "source") fmt::print("{:<17} {}\n", key, value.get<std::string>());
+    if (key != "source" && key != kSpacingFromKey) fmt::print("{:<17} {}\n", key, value.get<std::string>());
   }
+}
+
+// With the fields that say it, where the volume knows them.
+void printSpacing(const json& volume) {
+  const auto metadata = volume.find("metadata");
+  const std::string from =
+      metadata == volume.end() ? std::string() : textOf(*metadata, std::string(kSpacingFromKey).c_str());
+  fmt::print("spacing           {}{}\n", joined<double>(volume.at("spacing"), " x "),
+             from.empty() ? "" : " (" + from + ")");
 }
 
 // With what a view of each level takes on the device.
@@ -126,9 +136,14 @@ void printTable(const json& volume) {
   fmt::print("name              {}\n", volume.at("name").get<std::string>());
   fmt::print("size              {} voxels of {}{}\n", joined<int>(volume.at("dims"), " x "),
              channels.size() > 1 ? fmt::format("{} x ", channels.size()) : "", volume.at("type").get<std::string>());
+  if (const int steps = volume.value("steps", 1); steps > 1) {
+    fmt::print("steps             {}, in time; counts, sizes and levels below are the first's, densities are of all\n",
+               steps);
+  }
   printMetadata(volume);
-  fmt::print("spacing           {}\n", joined<double>(volume.at("spacing"), " x "));
+  printSpacing(volume);
   fmt::print("world box         {}\n", joined<double>(volume.at("world_box"), " "));
+  fmt::print("non-empty in      {} (voxels)\n", joined<int>(volume.at("nonempty_box"), " "));
   fmt::print("blocks            {} subblocks of {} voxels a side\n", volume.at("block_side").get<int>(),
              volume.at("subblock_side").get<int>());
   fmt::print("stored            {} of {} dense, file {}\n", bytes("stored_bytes"), bytes("dense_bytes"),

@@ -27,16 +27,20 @@ int run(int argc, char** argv) {
   app.set_version_flag("--version", BLOCKWALK_VERSION);
   app.require_subcommand(0, 1);  // none at all gets a message of our own
   app.footer("Exit codes: 0 done, 1 the work failed, 2 wrong usage.");
+  blockwalk::addAnimateCommand(app);
   blockwalk::addDemoCommand(app);
+  blockwalk::addDoctorCommand(app);
   blockwalk::addImportCommand(app);
   blockwalk::addExportCommand(app);
   blockwalk::addInfoCommand(app);
   blockwalk::addRenderCommand(app);
+  blockwalk::addSliceCommand(app);
   blockwalk::addVerifyCommand(app);
   try {
     app.parse(argc, argv);
     if (app.get_subcommands().empty())
-      throw blockwalk::UsageError("name a command: demo, import, export, info, render or verify; see --help");
+      throw blockwalk::UsageError(
+          "name a command: animate, demo, doctor, import, export, info, render, slice or verify; see --help");
     return 0;
   } catch (const CLI::ParseError& error) {
     if (error.get_exit_code() == 0) return app.exit(error);  // --help and --version

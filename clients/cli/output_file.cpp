@@ -4,6 +4,8 @@
 #include <fcntl.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <cctype>
 #include <cerrno>
 #include <string>
 #include <system_error>
@@ -37,6 +39,12 @@ void writeOutputFile(const std::filesystem::path& path, std::span<const std::byt
   }
   if (close(file) != 0) fail("writing failed");
   if (!in_place && rename(target.c_str(), path.c_str()) != 0) fail("cannot be renamed into place");
+}
+
+std::string outputSuffix(const std::filesystem::path& path) {
+  std::string suffix = path.extension().string();
+  std::ranges::transform(suffix, suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+  return suffix;
 }
 
 }  // namespace blockwalk

@@ -9,6 +9,7 @@
 #include <boost/asio/io_context.hpp>
 #include <boost/asio/ip/address.hpp>
 #include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/redirect_error.hpp>
 #include <boost/asio/ssl/context.hpp>
 #include <boost/asio/ssl/error.hpp>
 #include <boost/asio/ssl/host_name_verification.hpp>
@@ -18,12 +19,14 @@
 #include <boost/beast/http.hpp>
 #include <charconv>
 #include <chrono>
-#include <cstring>
 #include <exception>
+#include <iterator>
 #include <nlohmann/json.hpp>
+#include <span>
 
 #include "clients/cli/usage_error.h"
 #include "protocol/json_text.h"
+#include "protocol/query_string.h"
 #include "volume/plain_text.h"
 
 namespace blockwalk {
@@ -39,12 +42,15 @@ constexpr std::uint64_t kMaxVolumeBytes = std::uint64_t{4} << 20;
 constexpr std::uint32_t kMaxHeaderBytes = std::uint32_t{64} << 10;
 constexpr std::uint64_t kMaxPixelBytes = 12;                         // three f32
 constexpr std::uint64_t kMaxImageOverhead = std::uint64_t{1} << 20;  // of a format, and a problem document
+constexpr std::uint64_t kMaxAnimationBytes = std::uint64_t{4} << 30;
 constexpr auto kConnectTime = std::chrono::seconds(10);
 constexpr auto kAnswerTime = std::chrono::minutes(5);
 
 struct Question {
   std::string target;
   std::uint64_t most_bytes = 0;  // of the body of the reply
+  std::string body = {};         // JSON, of a POST; empty: a GET
+  TakeBytes take = {};           // instead of the reply's body, where it is 200
 };
 
 bool isAddress(const std::string& host) {
@@ -75,18 +81,47 @@ asio::ssl::context trustOf(const RemoteAccess& access) {
   return trust;
 }
 
+// What comes is given away piece by piece, for each of which there is time.
+template <typename Stream>
+asio::awaitable<Response> takeBody(Stream& stream, beast::flat_buffer& buffer,
+                                   http::response_parser<http::empty_body>& head, const TakeBytes& take) {
+  http::response_parser<http::buffer_body> parser(std::move(head));
+  std::vector<char> piece(std::size_t{256} << 10);
+  while (!parser.is_done()) {
+    parser.get().body().data = piece.data();
+    parser.get().body().size = piece.size();
+    boost::system::error_code error;
+    beast::get_lowest_layer(stream).expires_after(kAnswerTime);
+    co_await http::async_read(stream, buffer, parser, asio::redirect_error(asio::use_awaitable, error));
+    if (error && error != http::error::need_buffer) throw boost::system::system_error(error);
+    take({piece.data(), piece.size() - parser.get().body().size});
+  }
+  co_return Response(parser.release().base());
+}
+
 template <typename Stream>
 asio::awaitable<Response> ask(Stream& stream, const RemoteVolume& volume, const RemoteAccess& access,
                               const Question& question) {
-  http::request<http::empty_body> request(http::verb::get, question.target, 11);
+  http::request<http::string_body> request(question.body.empty() ? http::verb::get : http::verb::post, question.target,
+                                           11);
   request.set(http::field::host, volume.authority());
   request.set(http::field::user_agent, "blockwalk/" BLOCKWALK_VERSION);
   if (!access.token.empty()) request.set(http::field::authorization, "Bearer " + access.token);
+  if (!question.body.empty()) {
+    request.set(http::field::content_type, "application/json");
+    request.body() = question.body;
+    request.prepare_payload();
+  }
   co_await http::async_write(stream, request, asio::use_awaitable);
   beast::flat_buffer buffer;
-  http::response_parser<http::string_body> parser;
-  parser.header_limit(kMaxHeaderBytes);
-  parser.body_limit(question.most_bytes);
+  http::response_parser<http::empty_body> head;
+  head.header_limit(kMaxHeaderBytes);
+  head.body_limit(question.most_bytes);
+  co_await http::async_read_header(stream, buffer, head, asio::use_awaitable);
+  if (question.take && head.get().result() == http::status::ok) {
+    co_return co_await takeBody(stream, buffer, head, question.take);
+  }
+  http::response_parser<http::string_body> parser(std::move(head));
   co_await http::async_read(stream, buffer, parser, asio::use_awaitable);
   co_return parser.release();
 }
@@ -117,8 +152,9 @@ asio::awaitable<Response> exchange(const RemoteVolume& volume, const RemoteAcces
   co_return co_await ask(stream, volume, access, question);
 }
 
-bool isOfView(std::string_view field) {
-  return std::ranges::any_of(viewFields(), [&](const ViewField& known) { return known.name == field; });
+bool isMember(std::string_view field) {
+  return std::ranges::any_of(viewFields(), [&](const ViewField& known) { return known.name == field; }) ||
+         std::ranges::any_of(kSliceMembers, [&](const QueryMember& known) { return known.name == field; });
 }
 
 [[noreturn]] void failStatus(const RemoteVolume& volume, const std::string& target, const Response& response) {
@@ -129,7 +165,7 @@ bool isOfView(std::string_view field) {
   };
   const std::string detail = text("detail").empty() ? plainText(response.reason()) : text("detail");
   const std::string field = text("field");
-  if (response.result() == http::status::bad_request && isOfView(field)) throw ViewError(field, detail);
+  if (response.result() == http::status::bad_request && isMember(field)) throw ViewError(field, detail);
   const bool needs_token = response.result() == http::status::unauthorized;
   throw std::runtime_error(fmt::format("{}{}: the server answers {}: {}{}", volume.origin(), target,
                                        response.result_int(), detail,
@@ -166,6 +202,11 @@ Response fetch(const RemoteVolume& volume, const RemoteAccess& access, const Que
   return response;
 }
 
+std::vector<std::byte> bytesOf(const Response& response) {
+  const auto bytes = std::as_bytes(std::span(response.body()));
+  return {bytes.begin(), bytes.end()};
+}
+
 bool isPort(std::string_view text) {
   std::uint16_t port = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), port);
@@ -196,6 +237,27 @@ const char* readAuthority(std::string_view text, RemoteVolume& volume) {
   return nullptr;
 }
 
+// What stands beside the picture (clients/web/src/url_state.ts).
+constexpr std::string_view kOfPage[] = {"slices", "crosshair", "slab", "slice-colors", "marks", "beside"};
+
+// volume=ID&eye=..., of a page's address: fills in the view and gives the id, as it is written.
+std::string_view readFragment(std::string_view fragment, RemoteVolume& volume) {
+  constexpr std::string_view kVolume = "volume=";
+  volume.view = parseQueryString(fragment);
+  std::erase_if(volume.view, [&](const auto& member) {
+    const bool is_of_page = std::ranges::find(kOfPage, member.first) != std::end(kOfPage);
+    if (is_of_page) volume.of_page.push_back(member.first);
+    return is_of_page || member.first == "volume";
+  });
+  std::string_view id;
+  for (std::size_t begin = 0; begin < fragment.size();) {
+    const std::string_view part = fragment.substr(begin, fragment.find('&', begin) - begin);
+    if (part.starts_with(kVolume)) id = part.substr(kVolume.size());
+    begin += part.size() + 1;
+  }
+  return id;
+}
+
 }  // namespace
 
 std::string RemoteVolume::authority() const {
@@ -223,7 +285,12 @@ RemoteVolume parseVolumeUrl(std::string_view url) {
   if (const char* fault = readAuthority(rest.substr(0, slash), volume)) refuse(fault);
   std::string_view path = rest.substr(slash);
   if (path.starts_with(kVolumes)) path.remove_prefix(kVolumes.size() - 1);
-  const std::string_view id = path.substr(1);
+  std::string_view id = path.substr(1);
+  try {
+    if (id.starts_with('#')) id = readFragment(id.substr(1), volume);
+  } catch (const DataError& error) {
+    refuse(error.what());
+  }
   if (id.empty()) refuse("names no volume");
   const auto is_plain = [](char c) { return c > ' ' && c <= '~' && c != '/' && c != '?' && c != '#'; };
   if (!std::ranges::all_of(id, is_plain)) refuse("is not the address of a volume");
@@ -252,11 +319,21 @@ RemoteImage fetchImage(const RemoteVolume& volume, const RemoteAccess& access, c
   const Response response = fetch(volume, access,
                                   {.target = volume.target + "/image" + (query.empty() ? "" : "?" + query),
                                    .most_bytes = kMaxPixelBytes * pixels + kMaxImageOverhead});
-  RemoteImage image;
-  image.bytes.resize(response.body().size());
-  std::memcpy(image.bytes.data(), response.body().data(), response.body().size());
-  image.stats = std::string(response["X-Blockwalk-Stats"]);
-  return image;
+  return {.bytes = bytesOf(response), .stats = std::string(response["X-Blockwalk-Stats"])};
+}
+
+std::string fetchAnimation(const RemoteVolume& volume, const RemoteAccess& access, const std::string& body,
+                           const TakeBytes& take) {
+  const Question question{
+      .target = volume.target + "/animate", .most_bytes = kMaxAnimationBytes, .body = body, .take = take};
+  return std::string(fetch(volume, access, question)["X-Blockwalk-Animation"]);
+}
+
+RemoteSlice fetchSlice(const RemoteVolume& volume, const RemoteAccess& access, const SliceRequest& request) {
+  const Response response = fetch(volume, access,
+                                  {.target = volume.target + "/slice?" + queryText(request.members),
+                                   .most_bytes = kMaxSliceBytes + kMaxImageOverhead});
+  return {.bytes = bytesOf(response), .description = std::string(response["X-Blockwalk-Slice"])};
 }
 
 }  // namespace blockwalk

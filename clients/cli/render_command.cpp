@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>
@@ -19,11 +19,13 @@
 #include "clients/cli/remote.h"
 #include "clients/cli/usage_error.h"
 #include "protocol/image_codec.h"
+#include "protocol/reasons_json.h"
 #include "protocol/render_json.h"
 #include "protocol/view_choices.h"
 #include "protocol/view_fields.h"
 #include "renderer/driver.h"
 #include "renderer/renderer.h"
+#include "volume/plain_text.h"
 
 namespace blockwalk {
 namespace {
@@ -50,6 +52,27 @@ void tellSlowFinder(Finder finder, const DeviceInfo& device) {
              choiceName(finder, kFinderChoices), device.name);
 }
 
+// Of an empty picture, why it is: what a server says goes to a terminal, too.
+void tellWhyEmpty(const nlohmann::json& stats) {
+  if (!stats.is_object() || stats.value("drawn_pixels", nlohmann::json(1)) != 0) return;
+  std::vector<Reason> reasons;
+  try {
+    reasons = readReasons(stats.value("reasons", nlohmann::json::array()));
+  } catch (const nlohmann::json::exception&) {
+    reasons.clear();  // another version's
+  }
+  if (reasons.empty()) fmt::print(stderr, "blockwalk: the picture is empty\n");
+  for (const Reason& reason : reasons) {
+    std::string flags;
+    for (const ViewChange& change : reason.change) {
+      const auto* word = std::get_if<std::string>(&change.value);
+      flags += fmt::format(" --{} {}", change.member, word ? *word : fmt::format("{}", std::get<double>(change.value)));
+    }
+    fmt::print(stderr, "blockwalk: the picture is empty ({}): {}{}{}\n", plainText(reason.name),
+               plainText(reason.detail), flags.empty() ? "" : " Try", plainText(flags));
+  }
+}
+
 struct RenderCommand {
   std::string source;
   std::string output;
@@ -70,6 +93,7 @@ struct RenderCommand {
     for (const auto& [name, flag] : view_flags) {
       for (const std::string& text : flag->results()) given.emplace_back(name, text);
     }
+    if (isUrl(source)) addAddress(given);
     setViewFields(result, given);
     const bool format_given =
         std::any_of(given.begin(), given.end(), [](const auto& pair) { return pair.first == "format"; });
@@ -77,9 +101,25 @@ struct RenderCommand {
     return result;
   }
 
+  // What the address says of the view goes before what is the volume's own, and gives way to flags.
+  void addAddress(std::vector<std::pair<std::string, std::string>>& given) const {
+    const auto is_given = [&, count = given.size()](std::string_view name) {
+      return std::any_of(given.begin(), given.begin() + static_cast<std::ptrdiff_t>(count),
+                         [&](const auto& pair) { return pair.first == name; });
+    };
+    const RemoteVolume volume = parseVolumeUrl(source);
+    if (!volume.of_page.empty()) {
+      fmt::print(stderr, "blockwalk: only the page has these, they are not drawn: {}\n",
+                 fmt::join(volume.of_page, ", "));
+    }
+    for (const auto& [name, text] : volume.view) {
+      const bool is_lens = name == "fov" || name == "ortho";
+      if (!(is_lens ? is_given("fov") || is_given("ortho") : is_given(name))) given.emplace_back(name, text);
+    }
+  }
+
   ImageFormat formatOfSuffix() const {
-    std::string suffix = std::filesystem::path(output).extension().string();
-    std::transform(suffix.begin(), suffix.end(), suffix.begin(), [](unsigned char c) { return std::tolower(c); });
+    const std::string suffix = outputSuffix(output);
     if (suffix == ".png") return ImageFormat::png;
     if (suffix == ".jpg" || suffix == ".jpeg") return ImageFormat::jpeg;
     if (suffix == ".webp") return ImageFormat::webp;
@@ -107,6 +147,7 @@ struct RenderCommand {
       const std::string text = stats.dump(2) + "\n";
       writeOutputFile(stats_file, std::as_bytes(std::span(text)));
     }
+    tellWhyEmpty(stats);
     if (repeat > 1) {
       printTimes("gpu_ms", times.gpu_ms);
       printTimes("total_ms", times.total_ms);
@@ -169,7 +210,8 @@ struct RenderCommand {
 void addRenderCommand(CLI::App& app) {
   auto render = std::make_shared<RenderCommand>();
   CLI::App* command = app.add_subcommand("render", "Draw a volume into an image file");
-  command->add_option("FILE|URL", render->source, "a .bwv file, or http(s)://HOST:PORT/ID")->required();
+  command->add_option("FILE|URL", render->source, "a .bwv file, http(s)://HOST:PORT/ID, or the page's own address")
+      ->required();
   command->add_option("-o", render->output, "image to write: .png, .jpg, .webp or .raw")
       ->required()
       ->type_name("IMAGE");

@@ -3,8 +3,11 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <string>
 #include <string_view>
+
+#include "volume/import/source_facts.h"
 
 namespace blockwalk {
 namespace {
@@ -15,12 +18,19 @@ std::string vectorOf(const glm::dvec3& vector) {
   return fmt::format("{:.7g} {:.7g} {:.7g}", vector.x, vector.y, vector.z);
 }
 
+// Empty where it is not known.
+std::string factOf(const SourceInfo& info, std::string_view key) {
+  const auto found = std::ranges::find(info.facts, key, [](const auto& fact) { return std::string_view(fact.first); });
+  return found == info.facts.end() ? "" : found->second;
+}
+
 void printPlace(const SourceInfo& info) {
   const glm::dmat4& place = info.world_from_index;
   const glm::dvec3 axes[] = {glm::dvec3(place[0]), glm::dvec3(place[1]), glm::dvec3(place[2])};
   const std::string unit = info.length_unit.empty() ? "" : " " + info.length_unit;
-  printLine("spacing", fmt::format("{:.7g} x {:.7g} x {:.7g}{}", glm::length(axes[0]), glm::length(axes[1]),
-                                   glm::length(axes[2]), unit));
+  const std::string from = factOf(info, kSpacingFromKey);
+  printLine("spacing", fmt::format("{:.7g} x {:.7g} x {:.7g}{}{}", glm::length(axes[0]), glm::length(axes[1]),
+                                   glm::length(axes[2]), unit, from.empty() ? "" : " (" + from + ")"));
   const bool is_aligned = axes[0] == glm::dvec3(axes[0].x, 0, 0) && axes[1] == glm::dvec3(0, axes[1].y, 0) &&
                           axes[2] == glm::dvec3(0, 0, axes[2].z) && axes[0].x > 0 && axes[1].y > 0 && axes[2].z > 0;
   if (!is_aligned) {
@@ -52,7 +62,10 @@ void printSource(const SourceInfo& info) {
   printLine("format", info.format);
   printPlace(info);
   for (std::size_t i = 0; i < info.channels.size(); ++i) printChannel(info, i);
-  for (const auto& [key, value] : info.facts) printLine(key, value);
+  for (const auto& [key, value] : info.facts) {
+    if (key == kReadFromKey) printLine("read from", value);
+    if (key != kReadFromKey && key != kSpacingFromKey) printLine(key, value);
+  }
 }
 
 }  // namespace blockwalk

@@ -6,7 +6,7 @@
 
 namespace blockwalk {
 
-// Format, spacing and unit, place, space, channels with their maps of values, facts.
+// Format, spacing, unit and where that is said, what was read, place, space, channels with their maps of values, facts.
 void printSource(const SourceInfo& info);
 
 }  // namespace blockwalk

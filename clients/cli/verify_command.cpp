@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,14 +26,31 @@ struct VerifyCommand {
 
   static std::uint64_t check(const std::string& path) {
     FileCheck found;
+    const auto fail = [&](const DataError& error) {
+      ++found.faults;
+      found.reasons.emplace_back(error.what());
+    };
     try {
       const VolumeFile file(path);
       Progress progress;
-      found = checkFile(file, [&](std::string_view step, std::uint64_t done, std::uint64_t total) {
-        progress.show(step, done, total);
-      });
+      for (int step = 0; step < file.info().steps; ++step) {
+        std::optional<VolumeFile> at_step;
+        try {
+          at_step = file.atStep(step);
+        } catch (const DataError& error) {
+          fail(error);  // the others may be right
+          continue;
+        }
+        const VolumeFile& volume = *at_step;
+        const FileCheck of_step = checkFile(volume, [&](std::string_view what, std::uint64_t done,
+                                                        std::uint64_t total) { progress.show(what, done, total); });
+        found.pages += of_step.pages;
+        found.voxel_bytes += of_step.voxel_bytes;
+        found.faults += of_step.faults;
+        found.reasons.insert(found.reasons.end(), of_step.reasons.begin(), of_step.reasons.end());
+      }
     } catch (const DataError& error) {
-      found = {.faults = 1, .reasons = {error.what()}};
+      fail(error);
     }
     fmt::print("{}: {} pages with {} of voxels are right, {} faults\n", path, found.pages, byteText(found.voxel_bytes),
                found.faults);

@@ -105,7 +105,13 @@ void FixedServer::answerPeer(int socket) {
   if (!peer.isGreeted()) return;
   std::string request;
   char buffer[4096];
-  while (request.find("\r\n\r\n") == std::string::npos) {
+  const auto isWhole = [&request] {
+    const std::size_t end = request.find("\r\n\r\n");
+    const std::size_t length = request.find("Content-Length: ");
+    if (end == std::string::npos || length > end) return end != std::string::npos;
+    return request.size() >= end + 4 + std::stoul(request.substr(length + 16));
+  };
+  while (!isWhole()) {
     const long got = peer.receive(buffer, sizeof buffer);
     if (got <= 0) break;
     request.append(buffer, static_cast<std::size_t>(got));

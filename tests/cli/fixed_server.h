@@ -28,7 +28,7 @@ class FixedServer {
   bool isListening() const { return port_ != 0; }
   int port() const { return port_; }
   std::string url(const std::string& path) const;
-  // The head of the last request; read it after the client has ended.
+  // The last request; read it after the client has ended.
   std::string request() const;
 
  private:

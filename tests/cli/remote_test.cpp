@@ -45,6 +45,81 @@ TEST(Remote, RenderSendsTheViewAndKeepsTheImage) {
   EXPECT_THAT(outcome.out, HasSubstr("total_ms"));
 }
 
+TEST(Remote, AnimateSendsTheViewsAndKeepsTheFile) {
+  const Workplace place;
+  const std::string zip("PK\3\4 and \0 more", 14);
+  const FixedServer server(answerOf("200 OK", "X-Blockwalk-Animation: {\"frames\": 3, \"fps\": 2.5}\r\n", zip));
+  const Outcome turn = place.run("animate '" + server.url("/#volume=smoke&mode=mip&fov=30") +
+                                 "' -o a.zip --size 4x3 --fps 2.5 --seconds 1.2 --ortho 9");
+  ASSERT_EQ(turn.exit_code, 0) << turn.error;
+  EXPECT_EQ(place.read("a.zip"), zip);
+  EXPECT_EQ(turn.out, "a.zip: 3 frames, 2.5 a second\n");
+  EXPECT_THAT(server.request(), StartsWith("POST /api/v1/volumes/smoke/animate HTTP/1.1\r\n"));
+  EXPECT_EQ(nlohmann::json::parse(server.request().substr(server.request().find("\r\n\r\n") + 4)),
+            nlohmann::json::parse(R"({"format": "zip", "fps": 2.5, "turntable": {"degrees": 360.0, "seconds": 1.2},
+                                      "view": {"mode": "mip", "ortho": "9", "size": "4x3"}})"));
+  EXPECT_EQ(place.run("animate " + server.url("/smoke") + " -o folder").exit_code, 2);
+  const FixedServer refusing(answerOf("429 Too Many Requests", "Content-Type: application/problem+json\r\n",
+                                      R"({"detail": "as many animations are made as may"})"));
+  const Outcome refused = place.run("animate " + refusing.url("/smoke") + " -o b.webp");
+  EXPECT_EQ(refused.exit_code, 1);
+  EXPECT_THAT(refused.error, HasSubstr("as many animations are made as may"));
+  EXPECT_FALSE(std::filesystem::exists(place.path("b.webp")));
+  EXPECT_FALSE(std::filesystem::exists(place.path("b.webp.partial")));
+}
+
+// Chunks without a last one: the server ended it.
+TEST(Remote, AnAnimationThatBreaksOffLeavesNothing) {
+  const Workplace place;
+  const FixedServer server("HTTP/1.1 200 OK\r\nTransfer-Encoding: chunked\r\n\r\n4\r\nPK\3\4\r\n");
+  const Outcome outcome = place.run("animate " + server.url("/smoke") + " -o a.zip");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_FALSE(std::filesystem::exists(place.path("a.zip")));
+  EXPECT_FALSE(std::filesystem::exists(place.path("a.zip.partial")));
+}
+
+TEST(Remote, RenderSaysWhyThePictureIsEmpty) {
+  const Workplace place;
+  const FixedServer empty(
+      answerOf("200 OK",
+               "X-Blockwalk-Stats: {\"drawn_pixels\": 0, \"reasons\": [{\"reason\": \"tf\", \"detail\": \"It is "
+               "clear\\u001b.\", \"change\": {\"tf\": \"auto\", \"fov\": 40}}]}\r\n",
+               "image"));
+  const Outcome outcome = place.run("render " + empty.url("/smoke") + " -o a.png");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_EQ(outcome.error, "blockwalk: the picture is empty (tf): It is clear?. Try --fov 40 --tf auto\n");
+  const FixedServer other(
+      answerOf("200 OK", "X-Blockwalk-Stats: {\"drawn_pixels\": 0, \"reasons\": [7]}\r\n", "image"));
+  EXPECT_EQ(place.run("render " + other.url("/smoke") + " -o a.png").error, "blockwalk: the picture is empty\n");
+}
+
+TEST(Remote, RenderTakesTheAddressOfThePage) {
+  const Workplace place;
+  const FixedServer server(answerOf("200 OK", "X-Blockwalk-Stats: {}\r\n", "image"));
+  const std::string page = server.url("/#volume=my%20smoke&eye=1,2,3&range=1:2&tf=1:000000:0,2:ff0000:1&fov=30&lod=4");
+  ASSERT_EQ(place.run("render '" + page + "' -o a.png --size 4x3").exit_code, 0);
+  EXPECT_THAT(server.request(), StartsWith("GET /api/v1/volumes/my%20smoke/image?"));
+  for (const char* member : {"size=4x3", "eye=1,2,3", "range=1:2", "tf=1:000000:0,2:ff0000:1", "fov=30", "lod=4"}) {
+    EXPECT_THAT(server.request(), HasSubstr(member));
+  }
+  ASSERT_EQ(place.run("render '" + page + "' -o a.png --range 5:6 --ortho 7").exit_code, 0);
+  EXPECT_THAT(server.request(), HasSubstr("range=5:6")) << "a flag goes before the address";
+  EXPECT_THAT(server.request(), HasSubstr("ortho=7"));
+  EXPECT_THAT(server.request(), Not(HasSubstr("fov")));
+  EXPECT_EQ(place.run("info --json '" + server.url("/#volume=smoke&eye=1,2,3") + "'").exit_code, 1) << "no JSON";
+  EXPECT_THAT(server.request(), StartsWith("GET /api/v1/volumes/smoke HTTP/1.1\r\n"));
+  const Outcome beside = place.run("render '" + server.url("/#volume=smoke&slices=on&marks=x&fov=30") + "' -o a.png");
+  EXPECT_EQ(beside.exit_code, 0);
+  EXPECT_THAT(beside.error, HasSubstr("only the page has these, they are not drawn: slices, marks\n"));
+  EXPECT_THAT(server.request(), Not(HasSubstr("slices")));
+  const Outcome unknown = place.run("render '" + server.url("/#volume=smoke&colour=red") + "' -o a.png");
+  EXPECT_EQ(unknown.exit_code, 2);
+  EXPECT_THAT(unknown.error, HasSubstr("colour"));
+  for (const char* fragment : {"/#", "/#eye=1,2,3", "/#volume=", "/#volume=a&eye", "/#volume=a%2", "/#volume=a/b"}) {
+    EXPECT_EQ(place.run("render '" + server.url(fragment) + "' -o a.png").exit_code, 2) << fragment;
+  }
+}
+
 TEST(Remote, SaysWhatTheServerRefuses) {
   const Workplace place;
   const std::string type = "Content-Type: application/problem+json\r\n";

@@ -34,12 +34,6 @@ std::string ballVoxels(double inside, double outside) {
   return bytes;
 }
 
-json infoOf(const Workplace& place, const std::string& file) {
-  const Outcome outcome = place.run("info " + file + " --json");
-  EXPECT_EQ(outcome.exit_code, 0) << outcome.error;
-  return json::parse(outcome.out);
-}
-
 TEST(RoundTrip, VerifyReadsAllOfEachFile) {
   const Workplace place;
   ASSERT_EQ(place.run("demo fossil --size 48 -o good.bwv").exit_code, 0);
@@ -213,6 +207,9 @@ TEST(RoundTrip, BuildParametersAndDataFormsAreKept) {
   EXPECT_EQ(info["block_side"], 3);
   EXPECT_EQ(info["spacing"], json({2, 2, 2}));
   EXPECT_EQ(info["source"], "head.nhdr");
+  const std::string told = place.run("info out.bwv").out;
+  EXPECT_THAT(told, HasSubstr("spacing           2 x 2 x 2 (spacings)\n"));
+  EXPECT_THAT(told, HasSubstr("read_from         12 slices in 1 file\n"));
   EXPECT_THAT(outcome.error, HasSubstr("verify: ")) << "one line a step where there is no terminal";
 }
 
@@ -226,8 +223,9 @@ TEST(RoundTrip, ADryRunTellsAndWritesNothing) {
   const Outcome outcome = place.run("import head.nhdr --dry-run -o out.bwv");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.error;
   for (const char* line :
-       {"head.nhdr: 20 x 16 x 12 voxels of u8, 3.75 KiB dense", "spacing            2 x 2 x 3 mm",
-        "first corner       0 0 0", "space              left-posterior-superior", "format             nrrd"}) {
+       {"head.nhdr: 20 x 16 x 12 voxels of u8, 3.75 KiB dense", "spacing            2 x 2 x 3 mm (space directions)",
+        "read from          12 slices in 1 file", "first corner       0 0 0",
+        "space              left-posterior-superior", "format             nrrd"}) {
     EXPECT_THAT(outcome.out, HasSubstr(line));
   }
   EXPECT_FALSE(std::filesystem::exists(place.path("out.bwv")));
@@ -338,6 +336,20 @@ TEST(RoundTrip, RendersEveryFormatWithStats) {
   EXPECT_EQ(place.run("render fossil.bwv -o a.png --output depth --mode mean").exit_code, 2);
   EXPECT_EQ(place.run("render fossil.bwv -o a.png --tf 0:000000:0,1:ffffff:1").exit_code, 2);
   EXPECT_EQ(place.run("render fossil.bwv -o a.png --level 9").exit_code, 2);
+}
+
+TEST(RoundTrip, AnEmptyPictureIsWrittenAndSaysWhy) {
+  const Workplace place;
+  ASSERT_EQ(place.run("demo fossil -o fossil.bwv --size 48").exit_code, 0);
+  const Outcome empty = place.run("render fossil.bwv -o a.png --size 40x30 --range 300:400 --stats s.json");
+  EXPECT_EQ(empty.exit_code, 0);
+  EXPECT_EQ(place.read("a.png").substr(1, 3), "PNG");
+  EXPECT_THAT(empty.error, HasSubstr("the picture is empty (range): The range meets no density of the volume"));
+  EXPECT_THAT(empty.error, HasSubstr("Try --range auto"));
+  EXPECT_EQ(json::parse(place.read("s.json"))["reasons"][0]["change"]["range"], "auto");
+  const Outcome clear = place.run("render fossil.bwv -o a.png --size 40x30 --extinction 0");
+  EXPECT_THAT(clear.error, HasSubstr("Try --extinction 0.2"));
+  EXPECT_EQ(place.run("render fossil.bwv -o a.png --size 40x30").error, "");
 }
 
 TEST(RoundTrip, ZarrHasLevelsAndSteps) {

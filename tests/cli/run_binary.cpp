@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "tests/cli/run_binary.h"
 
+#include <gtest/gtest.h>
 #include <sys/wait.h>
 
 #include <cstdlib>
@@ -42,6 +43,12 @@ Outcome Workplace::run(const std::string& arguments, const std::string& environm
   outcome.out = read(".stdout");
   outcome.error = read(".stderr");
   return outcome;
+}
+
+nlohmann::json infoOf(const Workplace& place, const std::string& file) {
+  const Outcome outcome = place.run("info " + file + " --json");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.error;
+  return nlohmann::json::parse(outcome.out);
 }
 
 }  // namespace blockwalk

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <filesystem>
+#include <nlohmann/json.hpp>
 #include <string>
 
 namespace blockwalk {
@@ -30,5 +31,8 @@ class Workplace {
  private:
   std::filesystem::path folder_;
 };
+
+// What `blockwalk info FILE --json` prints; a test fails where it does not.
+nlohmann::json infoOf(const Workplace& place, const std::string& file);
 
 }  // namespace blockwalk

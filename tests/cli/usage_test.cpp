@@ -23,7 +23,17 @@ struct BadUse {
 };
 
 const BadUse kBadUses[] = {
-    {"", 2, "demo, import, export, info, render or verify"},
+    {"", 2, "animate, demo, doctor, import, export, info, render, slice or verify"},
+    {"animate absent.bwv -o a.webp", 1, "absent.bwv"},
+    {"animate absent.bwv -o a.webp --fps 0", 2, "--fps: must be from 0.1 to 120"},
+    {"animate absent.bwv -o a.webp --keys k.json --degrees 90", 2, "--degrees: --keys says it"},
+    {"animate absent.bwv -o a.webp --keys absent.json", 1, "absent.json"},
+    {"doctor --port 0", 2, "--port"},
+    {"slice", 2, "FILE|URL"},
+    {"slice absent.bwv -o a.png --axis z --index 1", 1, "absent.bwv"},
+    {"slice absent.bwv -o a.tiff --axis z --index 1", 2, ".png .webp .npy .raw .nrrd"},
+    {"slice absent.bwv -o a.png", 2, "--axis: is missing"},
+    {"slice absent.bwv -o a.png --axis z --index 1 --gamma 0", 2, "--gamma: must be from 0.01 to 100"},
     {"teapot", 2, "teapot"},
     {"bench masks", 2, "bench"},
     {"--nonsense", 2, "nonsense"},
