@@ -14,6 +14,7 @@ export interface Viewport {
   readonly width: number;
   readonly height: number;
   readonly fovDegrees: number; // vertical
+  readonly ortho?: number | null; // world height of an orthographic picture
 }
 
 export interface Basis {
@@ -54,8 +55,54 @@ export function orbit(camera: Camera, yaw: number, pitch: number, axis: Vec3): C
 
 // World length of one pixel in the plane through the target.
 export function worldPerPixel(camera: Camera, viewport: Viewport): number {
-  const { distance } = basisOf(camera);
-  return (2 * distance * Math.tan((viewport.fovDegrees * Math.PI) / 360)) / viewport.height;
+  return (viewport.ortho ?? heightAt(basisOf(camera).distance, viewport.fovDegrees)) / viewport.height;
+}
+
+// World height of what a picture in perspective shows at this distance, and the distance at which it shows that.
+export function heightAt(distance: number, fovDegrees: number): number {
+  return 2 * distance * Math.tan((fovDegrees * Math.PI) / 360);
+}
+
+export function distanceFor(height: number, fovDegrees: number): number {
+  return height / (2 * Math.tan((fovDegrees * Math.PI) / 360));
+}
+
+// The same direction and target from this distance.
+export function atDistance(camera: Camera, distance: number): Camera {
+  return { ...camera, eye: subtract(camera.target, scale(basisOf(camera).forward, distance)) };
+}
+
+// Looks along `forward` at the same target from the same distance.
+export function lookAlong(camera: Camera, forward: Vec3, up: Vec3): Camera {
+  return { eye: subtract(camera.target, scale(normalize(forward), basisOf(camera).distance)), target: camera.target, up };
+}
+
+// Moves the camera sideways until this point is in the middle, and turns about it from then on.
+export function centredOn(camera: Camera, point: Vec3): Camera {
+  const { forward, distance } = basisOf(camera);
+  const depth = dot(subtract(point, camera.eye), forward);
+  const away = depth > 1e-6 * distance ? depth : distance;
+  return { eye: subtract(point, scale(forward, away)), target: point, up: camera.up };
+}
+
+// Whether the line of sight through a pixel meets a box (Kay and Kajiya 1986).
+export function seesBox(camera: Camera, x: number, y: number, viewport: Viewport, box: { readonly min: Vec3; readonly max: Vec3 }): boolean {
+  const { forward } = basisOf(camera);
+  const through = pointUnder(camera, x, y, viewport);
+  const isOrtho = (viewport.ortho ?? null) !== null;
+  const way = isOrtho ? forward : subtract(through, camera.eye);
+  const origin = isOrtho ? through : camera.eye;
+  let [near, far] = [isOrtho ? -Infinity : 0, Infinity];
+  for (const axis of [0, 1, 2] as const) {
+    if (way[axis] === 0) {
+      if (origin[axis] < box.min[axis] || origin[axis] > box.max[axis]) return false;
+      continue;
+    }
+    const [a, b] = [(box.min[axis] - origin[axis]) / way[axis], (box.max[axis] - origin[axis]) / way[axis]];
+    near = Math.max(near, Math.min(a, b));
+    far = Math.min(far, Math.max(a, b));
+  }
+  return near <= far;
 }
 
 // Moves the camera so that what lies in the target's plane follows the pointer by (dx, dy) pixels.
@@ -94,13 +141,37 @@ export function zoomAt(
   return { eye: towards(camera.eye), target: towards(camera.target), up };
 }
 
+// As near along `from` as the box still fits a picture of this shape, with a small margin: what the server frames where no
+// eye is given (view/resolved_view.cpp).
+export function framed(box: { readonly min: Vec3; readonly max: Vec3 }, from: Vec3, up: Vec3, fovDegrees: number, [width, height]: Extent): Camera {
+  const target = scale(add(box.min, box.max), 0.5);
+  const forward = scale(normalize(from), -1);
+  const right = normalize(cross(forward, up));
+  const imageUp = cross(right, forward);
+  const slopeY = Math.tan((fovDegrees * Math.PI) / 360);
+  const slopeX = (slopeY * width) / height;
+  let distance = 0;
+  for (let corner = 0; corner < 8; ++corner) {
+    const side = (axis: 0 | 1 | 2): number => ((corner >> axis) & 1 ? box.max[axis] : box.min[axis]);
+    const offset = subtract([side(0), side(1), side(2)], target);
+    const depth = dot(offset, forward);
+    distance = Math.max(distance, Math.abs(dot(offset, right)) / slopeX - depth, Math.abs(dot(offset, imageUp)) / slopeY - depth);
+  }
+  return { eye: subtract(target, scale(forward, 1.04 * distance)), target, up };
+}
+
 type Extent = readonly [width: number, height: number];
+
+// How much farther away, or higher where it is orthographic.
+export function refit(from: Extent, to: Extent): number {
+  const distance = ([width, height]: Extent): number => Math.max(1, height / width);
+  return distance(to) / distance(from);
+}
 
 // A camera as good for a picture of shape `to` as this one was for `from`. The field of view is vertical, so a portrait
 // picture needs a camera further back, or it would cut off at the sides what a landscape one shows.
 export function refitted(camera: Camera, from: Extent, to: Extent): Camera {
-  const distanceFor = ([width, height]: Extent): number => Math.max(1, height / width);
-  const ratio = distanceFor(to) / distanceFor(from);
+  const ratio = refit(from, to);
   if (ratio === 1) return camera;
   return { ...camera, eye: add(camera.target, scale(subtract(camera.eye, camera.target), ratio)) };
 }

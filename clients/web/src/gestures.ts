@@ -1,17 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Pointer, wheel and keyboard on the canvas, as moves of the camera. Knows nothing of cameras.
 
+import { kZoomPerPinchPixel, pinch, placeOn, type Point } from "./pointers";
+
 export interface Moves {
   orbit(dx: number, dy: number): void; // pixels
   pan(dx: number, dy: number): void; // pixels
   zoom(factor: number, x: number, y: number): void; // of the distance; keeps what is under (x, y)
+  point(x: number, y: number): void; // at what is under (x, y)
   reset(): void;
 }
 
 const kPixelsPerLine = 16;
 const kPixelsPerPage = 400;
 const kZoomPerPixel = 0.0016;
-const kZoomPerPinchPixel = 0.012; // a trackpad's pinch arrives as a wheel with ctrl and small steps
 const kLongestWheelPixels = 240;
 const kKeyOrbitPixels = 24;
 const kKeyPanPixels = 40;
@@ -19,20 +21,11 @@ const kKeyZoom = 0.85;
 const kDoubleTapMs = 300;
 const kDoubleTapPixels = 24;
 
-interface Point {
-  readonly x: number;
-  readonly y: number;
-}
-
 export function bindPointer(canvas: HTMLElement, moves: Moves): void {
   const pointers = new Map<number, Point>();
-  const taps = new Taps(() => moves.reset());
+  const at = (event: MouseEvent): Point => placeOn(canvas, event);
+  const taps = new Taps((event) => moves.point(at(event).x, at(event).y));
   let pans = false;
-
-  const at = (event: MouseEvent): Point => {
-    const box = canvas.getBoundingClientRect();
-    return { x: event.clientX - box.left, y: event.clientY - box.top };
-  };
 
   canvas.addEventListener("pointerdown", (event) => {
     canvas.setPointerCapture(event.pointerId);
@@ -62,7 +55,9 @@ export function bindPointer(canvas: HTMLElement, moves: Moves): void {
   canvas.addEventListener("pointerup", release);
   canvas.addEventListener("pointercancel", release);
   canvas.addEventListener("contextmenu", (event) => event.preventDefault());
-  canvas.addEventListener("dblclick", () => moves.reset());
+  canvas.addEventListener("dblclick", (event) => {
+    if (!taps.isTouch) moves.point(at(event).x, at(event).y);
+  });
 
   canvas.addEventListener(
     "wheel",
@@ -77,23 +72,17 @@ export function bindPointer(canvas: HTMLElement, moves: Moves): void {
   );
 }
 
-// One of two fingers moved: their middle pans, their distance zooms about the middle.
-function pinch(before: Point, now: Point, other: Point, moves: Moves): void {
-  const middle = (p: Point): Point => ({ x: (p.x + other.x) / 2, y: (p.y + other.y) / 2 });
-  const apart = (p: Point): number => Math.max(1, Math.hypot(p.x - other.x, p.y - other.y));
-  const [from, to] = [middle(before), middle(now)];
-  moves.pan(to.x - from.x, to.y - from.y);
-  moves.zoom(apart(before) / apart(now), to.x, to.y);
-}
-
 // Two short taps of one finger on one spot. Where touch-action is none, not every browser makes a double click of them.
 class Taps {
   private pressed: Point & { readonly time: number } = { x: 0, y: 0, time: -Infinity };
   private last: Point & { readonly time: number } = { x: 0, y: 0, time: -Infinity };
 
-  constructor(private readonly onDouble: () => void) {}
+  isTouch = false; // a browser may make a double click of two taps that were counted here
+
+  constructor(private readonly onDouble: (event: PointerEvent) => void) {}
 
   press(event: PointerEvent, fingers: number): void {
+    this.isTouch = event.pointerType === "touch";
     const isTap = event.pointerType === "touch" && fingers === 1;
     this.pressed = { x: event.clientX, y: event.clientY, time: isTap ? event.timeStamp : -Infinity };
   }
@@ -102,7 +91,7 @@ class Taps {
     if (!follows(this.pressed, event)) return;
     const isSecond = follows(this.last, event);
     this.last = { x: event.clientX, y: event.clientY, time: isSecond ? -Infinity : event.timeStamp };
-    if (isSecond) this.onDouble();
+    if (isSecond) this.onDouble(event);
   }
 }
 
@@ -111,19 +100,33 @@ function follows(first: Point & { readonly time: number }, event: PointerEvent):
   return event.timeStamp - first.time < kDoubleTapMs && distance < kDoubleTapPixels;
 }
 
+export interface KeyCommands {
+  readonly single: ReadonlyMap<string, () => void>; // by the key alone
+  readonly withControl: ReadonlyMap<string, () => void>; // with Ctrl or Cmd; "shift+z" with Shift too
+  areOn(): boolean; // single keys that are characters; arrows are always
+}
+
 // Keys work anywhere on the page except where a control has its own use for them.
-export function bindKeys(canvas: HTMLElement, moves: Moves, commands: ReadonlyMap<string, () => void>): void {
+export function bindKeys(canvas: HTMLElement, moves: Moves, commands: KeyCommands): void {
   window.addEventListener("keydown", (event) => {
     const target = event.target;
     const within = (selector: string): boolean => target instanceof Element && target.closest(selector) !== null;
     // A dialog just closed may hold the focus until the next picture of the page: only an open one counts.
-    const isTyping = within("input[type=text], input[type=color], dialog[open]");
-    if (isTyping || event.ctrlKey || event.metaKey || event.altKey) return;
-    const usesArrows = within("[role=slider], input");
-    if (event.key.startsWith("Arrow") ? !usesArrows && moveByArrow(event, moves) : pressKey(event, canvas, moves, commands)) {
-      event.preventDefault();
-    }
+    if (event.altKey || within("input[type=text], input[type=search], input[type=color], textarea, dialog[open]")) return;
+    const usesArrows = within("[role=slider], input, select, summary");
+    const usesLetters = within("select") || (event.key === " " && within("button, input, summary, a, [role=button]"));
+    let isUsed = false;
+    if (event.ctrlKey || event.metaKey) isUsed = command(`${event.shiftKey ? "shift+" : ""}${event.key.toLowerCase()}`, commands.withControl);
+    else if (event.key.startsWith("Arrow")) isUsed = !usesArrows && moveByArrow(event, moves);
+    else if (commands.areOn() && !usesLetters) isUsed = pressKey(event, canvas, moves, commands.single);
+    if (isUsed) event.preventDefault();
   });
+}
+
+function command(key: string, commands: ReadonlyMap<string, () => void>): boolean {
+  const act = commands.get(key);
+  act?.();
+  return act !== undefined;
 }
 
 function moveByArrow(event: KeyboardEvent, moves: Moves): boolean {
@@ -134,20 +137,11 @@ function moveByArrow(event: KeyboardEvent, moves: Moves): boolean {
   return true;
 }
 
-function pressKey(
-  event: KeyboardEvent,
-  canvas: HTMLElement,
-  moves: Moves,
-  commands: ReadonlyMap<string, () => void>,
-): boolean {
+function pressKey(event: KeyboardEvent, canvas: HTMLElement, moves: Moves, commands: ReadonlyMap<string, () => void>): boolean {
   const [x, y] = [canvas.clientWidth / 2, canvas.clientHeight / 2];
   if (event.key === "+" || event.key === "=") moves.zoom(kKeyZoom, x, y);
   else if (event.key === "-" || event.key === "_") moves.zoom(1 / kKeyZoom, x, y);
   else if (event.key === "r" || event.key === "R") moves.reset();
-  else {
-    const command = commands.get(event.key.toLowerCase());
-    if (command === undefined || event.repeat) return false;
-    command();
-  }
+  else return !event.repeat && command(event.key.toLowerCase(), commands);
   return true;
 }

@@ -32,10 +32,12 @@ export function valueAt(scale: ValueScale, position: number): number {
   return Math.min(scale.hi, Number(value.toPrecision(12)));
 }
 
-// Bars in a box of width 1 and height 1, y down. Heights are logarithmic: one dense material would hide all others.
-export function histogramPath(histogram: Histogram, scale: ValueScale): string {
+// Bars in a box of width 1 and height 1, y down. Of logarithmic heights no material hides all others, linear ones show how
+// much there is of each.
+export function histogramPath(histogram: Histogram, scale: ValueScale, isLog: boolean): string {
   const { counts, lo, hi } = histogram;
-  const top = Math.log1p(Math.max(1, ...counts));
+  const height = isLog ? Math.log1p : (count: number): number => count;
+  const top = height(Math.max(1, ...counts));
   const binWidth = (hi - lo) / counts.length;
   const place = (value: number): number => (value - scale.lo) / (scale.hi - scale.lo);
   let path = "M0 1";
@@ -43,7 +45,7 @@ export function histogramPath(histogram: Histogram, scale: ValueScale): string {
     const left = hi > lo ? place(lo + bin * binWidth) : 0.45;
     const right = hi > lo ? place(lo + (bin + 1) * binWidth) : 0.55;
     if (right <= 0 || left >= 1 || (hi <= lo && count === 0)) return;
-    const y = fixed(1 - Math.log1p(count) / top);
+    const y = fixed(1 - height(count) / top);
     path += `V${y}H${fixed(Math.max(0, left))}V${y}H${fixed(Math.min(1, right))}`;
   });
   return `${path}V1Z`;

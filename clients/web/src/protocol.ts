@@ -6,13 +6,14 @@
 //                            4+n  the rest           the encoded image
 
 import { FormatError, Fields, parseJson } from "./json_fields";
+import type { Members } from "./members";
 import type { Vec3 } from "./vector";
 import { parseVolumeInfo, type Range, type VolumeInfo } from "./volume_info";
 
 export const kSubprotocol = "blockwalk.v1";
 const kMaxHeaderBytes = 65536;
 
-export const kModes = ["blend", "first-hit", "iso", "mip", "mean", "blocks"] as const;
+export const kModes = ["blend", "first-hit", "iso", "mip", "minip", "attenuated-mip", "mean", "blocks"] as const;
 export type Mode = (typeof kModes)[number];
 export const kFilters = ["nearest", "linear"] as const;
 export type Filter = (typeof kFilters)[number];
@@ -40,7 +41,16 @@ export interface FrameHeader {
   readonly final: boolean; // full resolution, will not improve
   readonly complete: boolean; // nothing is coarser because its voxels were absent
   readonly scale: number; // of the resolution asked for
+  readonly samples: number; // rays a pixel so far
   readonly gpuMs: number;
+  readonly reasons: readonly Reason[]; // why the picture shows nothing; none where it shows something
+}
+
+// Why a picture is empty, for people, and the members of the view that would help.
+export interface Reason {
+  readonly reason: string;
+  readonly detail: string;
+  readonly change: Readonly<Record<string, string | number>>;
 }
 
 export interface Frame {
@@ -55,20 +65,23 @@ export type ServerMessage =
   | { readonly kind: "other"; readonly type: string }; // stats, pong and what later versions add
 
 // Members of a view that change; the names are the interface's own.
-export interface ViewMembers {
+export interface ViewMembers extends Members {
   readonly size?: readonly [number, number];
   readonly eye?: Vec3;
   readonly target?: Vec3;
   readonly up?: Vec3;
-  readonly fov?: number;
+  readonly fov?: number; // it and ortho replace each other
+  readonly ortho?: number;
   readonly channels?: readonly number[]; // drawn, of several
   readonly range?: Range | readonly Range[]; // of several channels an item each
   readonly mode?: Mode;
   readonly iso?: number | "auto";
   readonly filter?: Filter;
   readonly lit?: boolean;
-  readonly tf?: Preset;
+  readonly tf?: string; // of several channels an item each, separated by ;
   readonly extinction?: number;
+  readonly clip?: readonly number[] | "none";
+  readonly planes?: readonly (readonly number[])[] | "none";
   readonly background?: string;
 }
 
@@ -132,6 +145,15 @@ function parseHeader(value: unknown): FrameHeader {
     final: fields.boolean("final"),
     complete: fields.has("complete") ? fields.boolean("complete") : true,
     scale: fields.number("scale"),
+    samples: fields.has("samples") ? fields.number("samples") : 1,
     gpuMs: fields.number("gpu_ms"),
+    reasons: fields.has("reasons") ? fields.array("reasons").map(parseReason) : [],
   };
+}
+
+function parseReason(value: unknown, index: number): Reason {
+  const fields = new Fields(value, `frame.reasons[${index}]`);
+  const change = Object.entries(fields.value("change") ?? {}).flatMap(([name, member]: [string, unknown]) =>
+    typeof member === "string" || typeof member === "number" ? [[name, member] as const] : []);
+  return { reason: fields.string("reason"), detail: fields.string("detail"), change: Object.fromEntries(change) };
 }

@@ -17,7 +17,8 @@ export class Shell {
     this.setOpen(!kPhone.matches);
     kPhone.addEventListener("change", () => this.setOpen(!kPhone.matches));
     this.toggle.addEventListener("click", () => this.togglePanel());
-    this.bindHandle();
+    this.bindSwipe(this.handle, () => this.togglePanel());
+    this.bindSwipe(byId("sheet-title", HTMLButtonElement), () => undefined);
     byId("help-button", HTMLButtonElement).addEventListener("click", () => this.toggleHelp());
     byId("help-close", HTMLButtonElement).addEventListener("click", () => this.help.close());
     byId("fullscreen-button", HTMLButtonElement).addEventListener("click", () => void this.toggleFullscreen());
@@ -30,6 +31,10 @@ export class Shell {
       event.stopPropagation();
       this.help.close();
     });
+  }
+
+  openPanel(): void {
+    this.setOpen(true);
   }
 
   togglePanel(): void {
@@ -70,23 +75,24 @@ export class Shell {
     if (!isOpen) this.panel.scrollTop = 0;
   }
 
-  // The sheet's handle is pressed, or swiped up and down.
-  private bindHandle(): void {
+  // The sheet's head is pressed, or swiped up and down.
+  private bindSwipe(button: HTMLButtonElement, press: () => void): void {
     let startY = 0;
     let swiped = false;
-    this.handle.addEventListener("pointerdown", (event) => {
+    button.addEventListener("pointerdown", (event) => {
       startY = event.clientY;
       swiped = false;
-      this.handle.setPointerCapture(event.pointerId);
+      button.setPointerCapture(event.pointerId);
     });
-    this.handle.addEventListener("pointermove", (event) => {
+    button.addEventListener("pointermove", (event) => {
       const way = event.clientY - startY;
-      if (swiped || !this.handle.hasPointerCapture(event.pointerId) || Math.abs(way) < kSwipePixels) return;
+      if (swiped || !button.hasPointerCapture(event.pointerId) || Math.abs(way) < kSwipePixels) return;
       swiped = true;
       this.setOpen(way < 0);
     });
-    this.handle.addEventListener("click", () => {
-      if (!swiped) this.togglePanel();
+    button.addEventListener("click", (event) => {
+      if (swiped) event.stopImmediatePropagation();
+      else press();
       swiped = false;
     });
   }

@@ -18,6 +18,8 @@ export interface StreamEvents {
 const kFirstPauseMs = 250;
 const kLongestPauseMs = 4000;
 const kAnswerTimeoutMs = 10000;
+const kMostMessageBytes = 65536;
+const kTooBig = 1009; // of RFC 6455: a message was
 const kRefusals: readonly number[] = [401, 403, 404, 429, 503];
 
 export class Stream {
@@ -43,7 +45,11 @@ export class Stream {
   // Sends a change of view and returns its id. Precondition: isOpen.
   sendView(members: ViewMembers): number {
     const id = this.nextId++;
-    this.socket?.send(viewMessage(id, members));
+    const text = viewMessage(id, members);
+    const bytes = new TextEncoder().encode(text).length;
+    // The server would end the connection, which would then be told the same again, without end.
+    if (bytes > kMostMessageBytes) window.queueMicrotask(() => this.events.problem(tooLong(`it takes ${bytes} bytes, and the server reads ${kMostMessageBytes}`, longestOf(members)), id));
+    else this.socket?.send(text);
     return id;
   }
 
@@ -66,8 +72,10 @@ export class Stream {
     socket.onmessage = (event: MessageEvent<unknown>) => {
       if (!this.closed) this.receive(event.data);
     };
-    socket.onclose = () => {
-      if (!this.closed) this.reconnect();
+    socket.onclose = ({ code }) => {
+      if (this.closed) return;
+      if (code === kTooBig) this.events.problem(tooLong("the server reads no message of this size", null), this.nextId - 1);
+      this.reconnect();
     };
   }
 
@@ -107,6 +115,13 @@ export class Stream {
       this.events.problem(message.problem, message.id);
     }
   }
+}
+
+const tooLong = (detail: string, field: string | null): Problem => ({ title: "This view is too long to be sent", detail: `${detail}; it stays as it was`, field });
+
+function longestOf(members: ViewMembers): string | null {
+  const sizes = Object.entries(members).map(([name, value]) => [name, JSON.stringify(value).length] as const);
+  return sizes.reduce<readonly [string | null, number]>((most, one) => (one[1] > most[1] ? one : most), [null, 0])[0];
 }
 
 // Null when the server is away, or would open a stream now: the next attempt shows it.

@@ -24,6 +24,22 @@ export function formatValue(value: number): string {
   return String(Number(value.toPrecision(6)));
 }
 
+// A value among others that lie so far apart: three digits of the distance.
+export function formatIn(value: number, span: number): string {
+  if (Number.isInteger(value) && Math.abs(value) < 1e7) return String(value);
+  return String(rounded(value, span, 3));
+}
+
+// The value at a share of a range, in as many digits as tell a thousand of them apart; never beyond it.
+export function valueIn([lo, hi]: readonly [number, number], share: number): number {
+  return Math.min(hi, Math.max(lo, rounded(lo + (hi - lo) * share, hi - lo, 4)));
+}
+
+function rounded(value: number, span: number, digits: number): number {
+  const before = Math.ceil(Math.log10(Math.abs(value) / (span > 0 ? span : Math.abs(value)))); // that all of them share
+  return Number(value.toPrecision(Math.max(digits, Math.min(12, before + digits))));
+}
+
 export function formatDims(dims: readonly number[]): string {
   return dims.join(" × ");
 }

@@ -4,22 +4,28 @@
 // A change of view goes one way: change() -> view -> at the next animation frame one message with the members that
 // the server does not know. A frame: stream -> canvas -> acknowledgement -> onFrame.
 
-import { orbit, pan, refitted, zoomAt, type Viewport } from "./camera";
+import { AcceptedViews } from "./accepted_views";
+import { atDistance, basisOf, distanceFor, heightAt, lookAlong, orbit, pan, refit, refitted, seesBox, zoomAt, type Viewport } from "./camera";
 import { FrameCanvas, type FrameOutcome } from "./frame_canvas";
 import type { Moves } from "./gestures";
+import { ViewHistory } from "./history";
 import { Meter } from "./meter";
 import type { StreamState } from "./notice";
 import type { FrameHeader, Problem } from "./protocol";
+import { withMember } from "./members";
 import { SentMembers } from "./sent_members";
 import { Stream } from "./stream";
-import { length, subtract } from "./vector";
-import { fitted, initialView, membersOf, pictureSize, type ViewChange, type ViewOverrides, type ViewState } from "./view_state";
+import { roomed } from "./transfer_room";
+import { length, subtract, type Vec3 } from "./vector";
+import { fitted, initialView, lookOf, membersOf, ownCamera, pictureSize, type Size, type ViewChange, type ViewOverrides, type ViewState } from "./view_state";
 import type { VolumeInfo } from "./volume_info";
 
 export interface ViewerEvents {
-  opened(volume: VolumeInfo): void;
-  viewChanged(view: ViewState): void;
-  frameShown(header: FrameHeader): void;
+  opened(volume: VolumeInfo, view: ViewState): void;
+  viewChanged(view: ViewState, isResized: boolean): void; // isResized: by the window, and by nobody
+  viewSent(): void;
+  frameShown(header: FrameHeader, view: ViewState): void; // `view`: the newest that a frame has shown
+  pointed(x: number, y: number): void; // a double click, CSS pixels of the canvas
   streamChanged(state: StreamState, refusal: Problem | null): void; // `refusal`: why a stream that is not live is refused
   problem(problem: Problem): void;
 }
@@ -31,6 +37,8 @@ export class Viewer implements Moves {
   private volume: VolumeInfo | null = null;
   private view: ViewState | null = null;
   private readonly sent = new SentMembers();
+  private readonly accepted = new AcceptedViews();
+  readonly history = new ViewHistory();
   private scheduled = false;
   private state: StreamState = "none";
   private refusal: Problem | null = null;
@@ -62,7 +70,7 @@ export class Viewer implements Moves {
     this.stream = new Stream(address, {
       hello: (volume) => this.greet(volume, overrides),
       frame: (frame) => {
-        this.sent.taken(frame.header.id);
+        this.accepted.taken(frame.header.id);
         this.meter.frameArrived(frame.header.id, frame.bytes, performance.now());
         this.picture.push(frame);
       },
@@ -78,18 +86,42 @@ export class Viewer implements Moves {
     this.volume = null;
     this.view = null;
     this.sent.forget();
+    this.accepted.forget(true);
     this.picture.clear();
     this.setState("none");
   }
 
-  change(change: ViewChange): void {
-    if (this.view === null) return;
-    this.setView({ ...this.view, ...change });
+  // `gesture`: what the change is a part of; empty: it is all.
+  change(change: ViewChange, gesture = ""): void {
+    if (this.view === null || this.volume === null) return;
+    const { view, problem } = roomed({ ...this.view, ...change }, this.volume, this.view.transfers);
+    if (problem !== null) this.events.problem(problem);
+    this.history.changed(view, performance.now(), gesture);
+    this.setView(view);
   }
 
-  // What an address asks of the volume that is open.
+  // To the view before the last change, or forth again. The window keeps its size.
+  step(way: "back" | "forth"): void {
+    const view = this.view === null ? null : this.history.step(way);
+    // The window keeps its size, and where one stands in time is no step.
+    if (view !== null && this.view !== null) this.setView({ ...inSize(view, this.view.size), others: withMember(view.others, "time", this.view.others.time) });
+  }
+
+  // What an address without a volume asks of the one that is open: the rest stays.
   ask(overrides: ViewOverrides): void {
     if (this.volume !== null) this.change(this.fit(this.volume, overrides));
+  }
+
+  // A link to the volume that is open is the whole view.
+  show(overrides: ViewOverrides): void {
+    if (this.volume === null || this.view === null) return;
+    this.change({ ...initialView(this.volume, this.view.size, {}), ...this.fit(this.volume, overrides) });
+  }
+
+  // A view that a volume is to come back with, in the window as it is now.
+  keptView(view: ViewState): ViewOverrides {
+    const { size: _, ...rest } = inSize(view, this.size());
+    return rest;
   }
 
   orbit(dx: number, dy: number): void {
@@ -105,39 +137,79 @@ export class Viewer implements Moves {
 
   zoom(factor: number, x: number, y: number): void {
     if (this.view === null || this.volume === null) return;
-    const { min, max } = this.volume.worldBox;
+    const { worldBox: { min, max }, contentBox } = this.volume;
     const diagonal = length(subtract(max, min));
     const limits = { nearest: diagonal * 1e-4, farthest: diagonal * 50 };
-    this.change({ camera: zoomAt(this.view.camera, factor, x, y, this.viewport(this.view), limits) });
+    const viewport = this.viewport(this.view);
+    // Where there is nothing to come closer to, what is turned about must not go there.
+    const [cx, cy] = seesBox(this.view.camera, x, y, viewport, contentBox) ? [x, y] : [viewport.width / 2, viewport.height / 2];
+    this.change(zoomed(this.view, factor, cx, cy, viewport, limits));
+  }
+
+  point(x: number, y: number): void {
+    if (this.view !== null) this.events.pointed(x, y);
+  }
+
+  // From a standard side, with this up.
+  lookAlong(forward: Vec3, up: Vec3): void {
+    if (this.view !== null) this.change({ camera: lookAlong(this.view.camera, forward, up) });
+  }
+
+  // The same picture in the target's plane, in parallel projection or in perspective. Parallel rays begin outside of the volume.
+  setOrtho(isOrtho: boolean): void {
+    if (this.view === null || this.volume === null || isOrtho === (this.view.ortho !== null)) return;
+    const { camera, fovDegrees, ortho, others } = this.view;
+    const { min, max } = this.volume.worldBox;
+    const distance = basisOf(camera).distance;
+    if (ortho !== null) return this.change({ ortho: null, camera: atDistance(camera, distanceFor(ortho, fovDegrees)) });
+    // A parallel view has no lens.
+    const change = { ortho: heightAt(distance, fovDegrees), camera: atDistance(camera, Math.max(distance, length(subtract(max, min)))) };
+    this.change({ ...change, ...(others.aperture !== undefined && { others: withMember(others, "aperture", undefined) }) });
   }
 
   // Back to the volume's own camera; range and looks stay.
   reset(): void {
-    if (this.volume !== null && this.view !== null) this.change({ camera: initialView(this.volume, this.view.size, {}).camera });
+    if (this.volume === null || this.view === null) return;
+    const { camera, fovDegrees } = initialView(this.volume, this.view.size, {});
+    this.change({ camera, fovDegrees, ortho: this.view.ortho === null ? null : heightAt(basisOf(camera).distance, fovDegrees) });
   }
 
   private greet(volume: VolumeInfo, overrides: ViewOverrides): void {
-    const isFirst = this.volume === null;
+    // A file that was replaced is another volume: of the view the look alone goes along.
+    const isOther = this.volume !== null && JSON.stringify(this.volume) !== JSON.stringify(volume);
+    const isFirst = this.volume === null || isOther;
+    const asked = isOther && this.view !== null ? lookOf(this.view) : overrides;
     this.volume = volume;
     this.picture.abandon();
     this.meter.reset();
     this.sent.forget();
+    this.accepted.forget(isFirst);
     this.setState("live");
-    if (isFirst) this.events.opened(volume);
-    this.setView(isFirst || this.view === null ? initialView(volume, this.size(), this.fit(volume, overrides)) : this.view);
+    const { view, problem } = isFirst || this.view === null ? this.first(volume, asked) : { view: this.view, problem: null };
+    if (problem !== null) this.events.problem(problem);
+    if (isFirst) {
+      this.history.begin(view);
+      this.events.opened(volume, view);
+    }
+    this.setView(view);
+  }
+
+  private first(volume: VolumeInfo, asked: ViewOverrides): ReturnType<typeof roomed> {
+    const own = initialView(volume, this.size(), {});
+    return roomed({ ...own, ...this.fit(volume, asked) }, volume, own.transfers);
   }
 
   private fit(volume: VolumeInfo, overrides: ViewOverrides): ViewChange {
-    const { change, faults } = fitted(volume, overrides);
-    for (const fault of faults) this.events.problem({ title: "The address does not fit this volume", detail: fault, field: null });
+    const { change, faults } = fitted(volume, overrides, ownCamera(volume, this.size()));
+    if (faults.length > 0) this.events.problem({ title: "Of the address this does not fit this volume", detail: faults.join("\n"), field: null });
     return change;
   }
 
-  private setView(view: ViewState): void {
+  private setView(view: ViewState, isResized = false): void {
     this.view = view;
     this.picture.setBackground(view.background);
     this.picture.resize(view.size);
-    this.events.viewChanged(view);
+    this.events.viewChanged(view, isResized);
     this.schedule();
   }
 
@@ -147,10 +219,16 @@ export class Viewer implements Moves {
     requestAnimationFrame(() => this.send());
   }
 
-  // The server keeps its earlier view: what came with the member that it refuses is said again.
+  // The server keeps its earlier view, and so must the page.
   private refuse(problem: Problem, id: number | null): void {
     this.events.problem(problem);
-    if (id !== null && this.sent.refused(id, problem.field)) this.schedule();
+    if (id === null || this.view === null || this.volume === null) return;
+    const refused = this.accepted.sentAs(id);
+    const back = this.accepted.refused(id, problem.field, this.view, initialView(this.volume, this.view.size, {}));
+    this.sent.doubt();
+    if (back === null) return;
+    this.history.refused(refused, back);
+    this.setView(back);
   }
 
   private send(): void {
@@ -160,26 +238,28 @@ export class Viewer implements Moves {
     if (Object.keys(members).length === 0) return;
     const id = this.stream.sendView(members);
     this.meter.viewSent(id, performance.now());
-    this.sent.sent(id, members);
+    this.sent.sent(members);
+    this.accepted.sent(id, this.view);
+    this.events.viewSent();
   }
 
   private frameDone(outcome: FrameOutcome): void {
     this.stream?.acknowledge(outcome.header.id);
-    if (outcome.shown) this.events.frameShown(outcome.header);
+    const view = this.accepted.current ?? this.view;
+    if (outcome.shown && view !== null) this.events.frameShown(outcome.header, view);
   }
 
   private resized(): void {
     if (this.view === null) return;
-    const size = this.size();
-    this.setView({ ...this.view, size, camera: refitted(this.view.camera, this.view.size, size) });
+    this.setView(inSize(this.view, this.size()), true);
   }
 
   private size(): readonly [number, number] {
     return pictureSize(this.canvas.clientWidth, this.canvas.clientHeight, window.devicePixelRatio);
   }
 
-  private viewport(view: ViewState): Viewport {
-    return { width: this.canvas.clientWidth, height: this.canvas.clientHeight, fovDegrees: view.fovDegrees };
+  viewport(view: ViewState): Viewport {
+    return { width: this.canvas.clientWidth, height: this.canvas.clientHeight, fovDegrees: view.fovDegrees, ortho: view.ortho };
   }
 
   // A refusal stands while attempts follow each other, until the stream opens or another answer comes.
@@ -193,4 +273,18 @@ export class Viewer implements Moves {
   private report(reason: string): void {
     this.events.problem({ title: "A picture could not be decoded", detail: reason, field: null });
   }
+}
+
+function inSize(view: ViewState, size: Size): ViewState {
+  const ortho = view.ortho === null ? null : view.ortho * refit(view.size, size);
+  return { ...view, size, ortho, camera: view.ortho === null ? refitted(view.camera, view.size, size) : view.camera };
+}
+
+// An orthographic picture comes closer by its height, and its eye stays as far away as it is.
+function zoomed(view: ViewState, factor: number, x: number, y: number, viewport: Viewport, limits: { readonly nearest: number; readonly farthest: number }): ViewChange {
+  if (view.ortho === null) return { camera: zoomAt(view.camera, factor, x, y, viewport, limits) };
+  const away = distanceFor(view.ortho, view.fovDegrees);
+  const closer = zoomAt(atDistance(view.camera, away), factor, x, y, viewport, limits);
+  const ortho = heightAt(basisOf(closer).distance, view.fovDegrees);
+  return { ortho, camera: atDistance(closer, basisOf(view.camera).distance) };
 }

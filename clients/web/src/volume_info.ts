@@ -2,6 +2,7 @@
 // What the server says of a volume: the line of the list, and the whole description. All values are in data units.
 
 import type { Camera } from "./camera";
+import { indexSpaceOf, worldBoxOf } from "./index_space";
 import { FormatError, Fields } from "./json_fields";
 import type { Vec3 } from "./vector";
 
@@ -30,13 +31,20 @@ export interface Histogram {
 // Of a volume of one channel too.
 export interface ChannelInfo {
   readonly name: string; // never empty
-  readonly valueScale: number;
+  readonly valueScale: number; // data value = stored value * scale + offset
+  readonly valueOffset: number;
   readonly densityRange: Range;
   readonly histogram: Histogram;
   readonly nonemptyShare: number;
   readonly defaultRange: Range;
   readonly colour: string | null; // rrggbb, its own transfer function's last point; null where voxels have their colours
+  readonly transfer: string | null; // its own transfer function; null where voxels have their colours
+  readonly unit: string | null; // of its values: HU, 1/cm
+  readonly areLabels: boolean; // its values are names of things, with nothing between them
+  readonly labels: ReadonlyMap<number, string>; // names of values, where the volume has them
 }
+
+type Row = readonly number[]; // four numbers, the last a shift
 
 export interface VolumeInfo {
   readonly id: string;
@@ -44,13 +52,19 @@ export interface VolumeInfo {
   readonly type: VoxelType;
   readonly dims: Vec3;
   readonly spacing: Vec3;
+  readonly worldFromIndex: readonly [Row, Row, Row]; // of a voxel's corner
   readonly worldBox: { readonly min: Vec3; readonly max: Vec3 };
+  readonly contentBox: { readonly min: Vec3; readonly max: Vec3 }; // world: of what is not empty, or of all of an empty volume
   readonly channels: readonly ChannelInfo[]; // at least one
   readonly levelCount: number;
   readonly blockCount: number; // level 0
   readonly storedBytes: number;
   readonly denseBytes: number;
   readonly source: string;
+  readonly steps: number; // in time, at least 1
+  readonly timeStep: string | null; // how far apart: "0.5 s"
+  readonly lengthUnit: string | null; // of the world: mm, um
+  readonly space: string | null; // what the world's axes are: left-posterior-superior
   readonly defaultView: { readonly camera: Camera; readonly fovDegrees: number };
 }
 
@@ -82,27 +96,42 @@ function describeError(fields: Fields): string {
 export function parseVolumeInfo(value: unknown): VolumeInfo {
   const fields = new Fields(value, "volume");
   const box = fields.numbers("world_box", 6);
+  const [i0 = 0, j0 = 0, k0 = 0, i1 = 0, j1 = 0, k1 = 0] = fields.numbers("nonempty_box", 6);
+  const space = { dims: fields.vec3("dims"), worldFromIndex: parseMatrix(fields.array("world_from_index")) };
   const levels = fields.array("levels");
   const finest = new Fields(levels[0], "volume.levels[0]");
   const view = fields.object("default_view");
+  const metadata = fields.has("metadata") ? fields.object("metadata") : null;
+  const said = (name: string): string | null => (metadata?.has(name) ? metadata.string(name) : null);
   return {
     id: fields.string("id"),
     name: fields.string("name"),
     type: oneOf(fields.string("type"), ["rgba8", "u8", "u16", "f32"], "volume.type"),
-    dims: fields.vec3("dims"),
+    ...space,
     spacing: fields.vec3("spacing"),
     worldBox: { min: [box[0] ?? 0, box[1] ?? 0, box[2] ?? 0], max: [box[3] ?? 0, box[4] ?? 0, box[5] ?? 0] },
+    contentBox: worldBoxOf(indexSpaceOf(space), [i0, j0, k0], [i1, j1, k1]),
     channels: parseChannels(fields.array("channels"), view),
     levelCount: levels.length,
     blockCount: finest.number("blocks"),
     storedBytes: fields.number("stored_bytes"),
     denseBytes: fields.number("dense_bytes"),
     source: fields.has("source") ? fields.string("source") : "",
+    steps: fields.has("steps") ? fields.number("steps") : 1,
+    timeStep: said("time_step"),
+    lengthUnit: said("length_unit"),
+    space: said("space"),
     defaultView: {
       camera: { eye: view.vec3("eye"), target: view.vec3("target"), up: view.vec3("up") },
       fovDegrees: view.number("fov"),
     },
   };
+}
+
+function parseMatrix(rows: readonly unknown[]): readonly [Row, Row, Row] {
+  const row = (number: number): Row => new Fields({ row: rows[number] }, `volume.world_from_index[${number}]`).numbers("row", 4);
+  if (rows.length !== 3) throw new FormatError("volume.world_from_index", "3 rows of 4 numbers");
+  return [row(0), row(1), row(2)];
 }
 
 // Of several channels the default view has arrays of ranges and transfer functions, of one the thing itself.
@@ -122,13 +151,26 @@ function parseChannels(entries: readonly unknown[], view: Fields): readonly Chan
     return {
       name: fields.string("name") || `Channel ${index + 1}`,
       valueScale: fields.number("value_scale"),
+      valueOffset: fields.number("value_offset"),
       densityRange: fields.pair("density_range"),
       histogram: { lo: histogram.number("lo"), hi: histogram.number("hi"), counts: histogram.numbers("counts") },
       nonemptyShare: fields.number("nonempty_share"),
       defaultRange: new Fields({ range: ranges[index] }, "volume.default_view").pair("range"),
       colour: isOwn ? null : lastColour(transfer),
+      transfer: typeof transfer === "string" ? transfer : null,
+      unit: fields.has("unit") ? fields.string("unit") : null,
+      areLabels: fields.has("values") && fields.string("values") === "labels",
+      labels: parseLabels(fields),
     };
   });
+}
+
+function parseLabels(channel: Fields): ReadonlyMap<number, string> {
+  if (!channel.has("labels")) return new Map();
+  return new Map(channel.array("labels").map((entry, index) => {
+    const label = new Fields(entry, `labels[${index}]`);
+    return [label.number("value"), label.string("name")] as const;
+  }));
 }
 
 // The colour of the last point of value:rrggbb:opacity,...

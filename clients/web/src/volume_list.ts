@@ -1,17 +1,61 @@
 // SPDX-License-Identifier: Apache-2.0
-// The volumes to choose from, and the facts of the chosen one.
+// The volumes to choose from: the chosen one alone, or all of them with a search; and the facts of the chosen one.
 
 import { byId, element, icon } from "./dom";
+import { Thumbnails } from "./thumbnails";
 import { formatBytes, formatCount, formatDims, formatShare, formatValue } from "./units";
 import type { VolumeInfo, VolumeSummary } from "./volume_info";
 
+const kSearchFrom = 6; // volumes; fewer are seen at once
+
 export class VolumeList {
+  private readonly button = byId("picker-button", HTMLButtonElement);
+  private readonly current = byId("picker-current", HTMLElement);
+  private readonly drawer = byId("picker-list", HTMLElement);
+  private readonly search = byId("volume-search", HTMLInputElement);
+  private readonly none = byId("volume-none", HTMLElement);
   private readonly list = byId("volumes", HTMLElement);
+  private readonly thumbnails: Thumbnails;
   private readonly facts = byId("facts", HTMLElement);
-  private readonly title = byId("sheet-title", HTMLElement);
+  private readonly title = byId("sheet-title", HTMLButtonElement);
   private shown = ""; // what the list was built from: it is rebuilt only on change, so focus stays
 
-  constructor(private readonly onChoose: (id: string) => void) {}
+  // `onPick`: the list opens; the panel must be open for it.
+  constructor(private readonly onChoose: (id: string) => void, imageAddress: (id: string) => string, private readonly onPick: () => void) {
+    this.thumbnails = new Thumbnails(imageAddress);
+    for (const button of [this.button, this.title]) button.addEventListener("click", () => this.setOpen(this.drawer.hidden || !document.body.classList.contains("panel-open")));
+    this.search.addEventListener("input", () => this.filter());
+    this.drawer.addEventListener("keydown", (event) => {
+      if (event.key !== "Escape") return;
+      event.stopPropagation();
+      this.setOpen(false);
+      this.button.focus();
+    });
+  }
+
+  private setOpen(isOpen: boolean): void {
+    this.drawer.hidden = !isOpen;
+    for (const button of [this.button, this.title]) button.setAttribute("aria-expanded", String(isOpen));
+    if (!isOpen) return;
+    this.onPick();
+    this.search.value = "";
+    this.filter();
+    if (!this.search.hidden) this.search.focus({ preventScroll: true });
+    this.list.querySelector("[aria-pressed=true]")?.scrollIntoView({ block: "nearest" });
+  }
+
+  // By every word of the search, in name or id.
+  private filter(): void {
+    const words = this.search.value.toLowerCase().split(/\s+/);
+    let found = 0;
+    for (const item of this.list.querySelectorAll<HTMLElement>(".volume")) {
+      const text = `${item.textContent ?? ""} ${item.dataset["volume"] ?? ""}`.toLowerCase();
+      const isFound = words.every((word) => text.includes(word));
+      item.closest("li")?.toggleAttribute("hidden", !isFound);
+      if (isFound) found++;
+    }
+    this.none.hidden = found > 0 || this.search.value === "";
+  }
 
   show(volumes: readonly VolumeSummary[], chosen: string | null): void {
     const key = JSON.stringify([volumes, chosen]);
@@ -19,15 +63,22 @@ export class VolumeList {
     this.shown = key;
     const focused = document.activeElement instanceof HTMLElement ? document.activeElement.dataset["volume"] : undefined;
     this.list.replaceChildren(...volumes.map((volume) => this.item(volume, volume.id === chosen)));
-    this.title.textContent = volumes.find((volume) => volume.id === chosen)?.name ?? "Volumes";
-    if (focused === undefined) return;
-    this.list.querySelector<HTMLElement>(`[data-volume="${CSS.escape(focused)}"]`)?.focus();
+    this.search.hidden = volumes.length < kSearchFrom;
+    const own = volumes.find((volume) => volume.id === chosen);
+    this.title.textContent = own?.name ?? "Volumes";
+    this.button.title = own === undefined ? "" : `${own.name}: choose another volume`;
+    this.current.replaceChildren(...(own === undefined ? [element("span", { class: "volume-name" }, "Choose a volume")] : describe(own)));
+    this.button.hidden = volumes.length === 0;
+    if (own === undefined && volumes.length > 0) this.setOpen(true);
+    this.filter();
+    if (focused !== undefined) this.list.querySelector<HTMLElement>(`[data-volume="${CSS.escape(focused)}"]`)?.focus();
+    else this.list.querySelector("[aria-pressed=true]")?.scrollIntoView({ block: "nearest" });
   }
 
   showFacts(volume: VolumeInfo): void {
     const rows: readonly (readonly [string, string])[] = [
       ["Size", `${formatDims(volume.dims)} voxels`],
-      ["Spacing", volume.spacing.map(formatValue).join(" × ")],
+      ["Spacing", `${volume.spacing.map(formatValue).join(" × ")}${volume.lengthUnit === null ? "" : ` ${volume.lengthUnit}`}`],
       ["Type", volume.type],
       ...channelFacts(volume),
       ["Levels", String(volume.levelCount)],
@@ -42,14 +93,21 @@ export class VolumeList {
     const button = element(
       "button",
       { type: "button", class: `volume ${volume.state}`, "data-volume": volume.id, "aria-pressed": String(isChosen) },
-      stateMark(volume),
-      element("span", { class: "volume-name" }, volume.name),
-      element("span", { class: "volume-detail" }, detailOf(volume)),
+      volume.state === "ready" ? element("span", { class: "mark-box" }, icon("volume"), this.thumbnails.of(volume.id)) : stateMark(volume),
+      ...describe(volume),
     );
-    if (volume.error !== null) button.title = volume.error;
-    button.addEventListener("click", () => this.onChoose(volume.id));
+    button.title = volume.error ?? volume.name;
+    button.addEventListener("click", () => {
+      this.setOpen(false);
+      this.button.focus({ preventScroll: true });
+      this.onChoose(volume.id);
+    });
     return element("li", {}, button);
   }
+}
+
+function describe(volume: VolumeSummary): readonly HTMLElement[] {
+  return [element("span", { class: "volume-name" }, volume.name), element("span", { class: "volume-detail" }, detailOf(volume))];
 }
 
 // What is a channel's own: of several a line each, under their names.

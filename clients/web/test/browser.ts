@@ -63,6 +63,17 @@ export async function readPicture(page: Page): Promise<readonly number[]> {
   });
 }
 
+// The same of an image of the server's.
+export async function readImage(page: Page, path: string): Promise<readonly number[]> {
+  return page.evaluate(async (address) => {
+    const image = await createImageBitmap(await (await fetch(address)).blob());
+    const context = new OffscreenCanvas(64, 48).getContext("2d");
+    if (context === null) throw new Error("no 2D context");
+    context.drawImage(image, 0, 0, 64, 48);
+    return [...context.getImageData(0, 0, 64, 48).data];
+  }, path);
+}
+
 // Share of the grid's points whose colour differs by more than a few steps.
 export function difference(a: readonly number[], b: readonly number[]): number {
   assert.equal(a.length, b.length);
@@ -92,6 +103,11 @@ export async function drag(page: Page, dx: number, dy: number): Promise<void> {
 
 // The selector of a part of a channel's row.
 export const partOf = (channel: number, selector: string): string => `.channel[data-channel="${channel}"] ${selector}`;
+
+export async function chooseVolume(page: Page, id: string): Promise<void> {
+  if (await page.locator("#picker-list").isHidden()) await page.click("#picker-button");
+  await page.click(`[data-volume=${id}]`);
+}
 
 // Drags a thumb of a channel's range by a share of the track.
 export async function dragThumb(page: Page, end: "lo" | "hi", share: number, channel = 0): Promise<void> {

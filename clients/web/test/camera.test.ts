@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { basisOf, isUsable, orbit, pan, pointUnder, refitted, zoomAt, type Camera, type Viewport } from "../src/camera";
+import { atDistance, basisOf, centredOn, distanceFor, framed, heightAt, isUsable, lookAlong, orbit, pan, pointUnder, refitted, seesBox, zoomAt, type Camera, type Viewport } from "../src/camera";
 import { add, cross, dot, length, normalize, scale, subtract, type Vec3 } from "../src/vector";
 
 const kUp: Vec3 = [0, 1, 0];
@@ -107,9 +107,43 @@ test("a portrait picture draws the camera back, a landscape one does not", () =>
   assertNear(refitted(refitted(kOblique, [1440, 900], [400, 800]), [400, 800], [1440, 900]).eye, kOblique.eye);
 });
 
+// tests/view/resolved_view_test.cpp has the same numbers: the server frames as the page does.
+test("a box is framed as the server frames it", () => {
+  const box = { min: [80, 0, 96], max: [96, 16, 128] } as const;
+  const from = [1, 0.8, 1.2] as const;
+  assert.deepEqual(framed(box, from, kUp, 40, [800, 600]).target, [88, 8, 112]);
+  assertNear(framed(box, from, kUp, 40, [800, 600]).eye, [119.540049369987, 33.2320394959896, 149.848059243984]);
+  assertNear(framed(box, from, kUp, 40, [400, 800]).eye, [147.3091654216424, 55.44733233731392, 183.1709985059709]);
+});
+
 test("a camera without a direction is not usable", () => {
   assert.equal(isUsable({ eye: [1, 2, 3], target: [1, 2, 3], up: kUp }), false);
   assert.equal(isUsable({ eye: [0, 5, 0], target: [0, 0, 0], up: kUp }), false);
   assert.equal(isUsable({ eye: [0, 5, 0], target: [0, 0, 0], up: [0, 0, 0] }), false);
   assert.equal(isUsable(kOblique), true);
+});
+
+test("a point becomes the middle of the picture, seen from the same direction", () => {
+  const point: Vec3 = [1, 0.5, 1.5];
+  const centred = centredOn(kOblique, point);
+  assert.deepEqual(centred.target, point);
+  assertNear(basisOf(centred).forward, basisOf(kOblique).forward);
+  assert.ok(Math.abs(dot(subtract(point, kOblique.eye), basisOf(kOblique).forward) - basisOf(centred).distance) < 1e-9, "as far away as it was");
+});
+
+test("a line of sight meets the box or passes by it, in perspective and parallel", () => {
+  const box = { min: [-1, -1, -1], max: [1, 1, 1] } as const;
+  for (const viewport of [kViewport, { ...kViewport, ortho: 4 }]) {
+    assert.equal(seesBox(kFront, 400, 300, viewport, box), true);
+    assert.equal(seesBox(kFront, 5, 5, viewport, box), false);
+  }
+  assert.equal(seesBox({ ...kFront, target: [0, 0, 9] }, 400, 300, kViewport, box), false, "it lies behind");
+});
+
+test("an orthographic picture of a height shows what one in perspective shows at its target", () => {
+  const height = heightAt(5, 40);
+  assert.ok(Math.abs(distanceFor(height, 40) - 5) < 1e-12);
+  assertNear(pointUnder(kFront, 12, 34, { ...kViewport, ortho: height }), pointUnder(kFront, 12, 34, kViewport));
+  assertNear(atDistance(kFront, 8).eye, [0, 0, 8]);
+  assertNear(lookAlong(kFront, [-2, 0, 0], kUp).eye, [5, 0, 0]);
 });

@@ -8,21 +8,26 @@ import type { AddressInfo } from "node:net";
 import { extname, join } from "node:path";
 import { WebSocketServer, type WebSocket } from "ws";
 import { encodePng } from "./png";
-import { sampleVolume } from "./sample_volume";
+import { MockAnimations } from "./mock_animation";
+import { answerRegion, answerSlice } from "./mock_slices";
+import { sampleLabels, sampleVolume } from "./sample_volume";
 
 type View = Record<string, unknown>;
 
+const kHeaderBytes = 32 * 1024; // as the server has it
 const kTypes: Readonly<Record<string, string>> = {
   ".html": "text/html; charset=utf-8", ".js": "text/javascript", ".css": "text/css", ".svg": "image/svg+xml",
 };
-const kFinalAfterMs = 120;
 
 export interface ListedVolume {
   readonly id: string;
   readonly state: "ready" | "loading" | "failed";
   readonly type: string;
   readonly channelNames?: readonly string[];
+  readonly labels?: number; // it is of so many
+  readonly steps?: number; // in time, half a second apart
   readonly error?: string;
+  readonly fields?: object; // of its description, in place of the sample's
 }
 
 export class MockServer {
@@ -31,13 +36,30 @@ export class MockServer {
   readonly acks: number[] = [];
   refusal: { readonly status: number; readonly title: string; readonly detail: string } | null = null; // of every stream
   attempts = 0; // at a stream
-  refusedMember: string | null = null; // views that have it are refused for it
+  refused: { readonly member: string; readonly value: unknown } | null = null; // views that say it are refused for it
+  refusalAfterMs = 0;
+  ended: { readonly member: string; readonly value: unknown } | null = null; // views that say it are too large: the stream ends
+  readonly images: string[] = []; // the queries of pictures that were asked for
+  hit: readonly number[] | null = null; // the place that every pixel shows
+  readonly picks: string[] = []; // the queries of pixels that were asked for
+  pickDelayMs = 0;
+  finalAfterMs = 120; // of a still view
+  newest: { readonly view: View; readonly seq: number; readonly final: boolean } | null = null; // the frame that was sent last, and the view it shows
+  readonly slices: string[] = []; // the queries of slices that were asked for
+  readonly regions: string[] = [];
+  sliceDelayMs = 0;
+  sliceRefusal: { readonly status: number; readonly detail: string } | null = null;
+  readonly animations = new MockAnimations();
+  abandoned = 0; // requests of slices that nobody waited for
+  mostSlices = 0; // open at the same time
+  private openSlices = 0;
+  reasons: readonly object[] = []; // why pictures are empty: in every frame's header
   private readonly http: Server;
   private readonly sockets = new WebSocketServer({ noServer: true, handleProtocols: () => "blockwalk.v1" });
 
   constructor(private readonly pageFolder: string, volumes: readonly ListedVolume[]) {
     this.volumes = volumes;
-    this.http = createServer((request, response) => void this.answer(request, response));
+    this.http = createServer({ maxHeaderSize: kHeaderBytes }, (request, response) => void this.answer(request, response));
     this.http.on("upgrade", (request, socket, head) => {
       ++this.attempts;
       if (this.refusal !== null) return void socket.end(`HTTP/1.1 ${this.refusal.status} Refused\r\nContent-Length: 0\r\n\r\n`);
@@ -46,6 +68,11 @@ export class MockServer {
       if (volume?.state !== "ready") return void socket.end("HTTP/1.1 503 Service Unavailable\r\n\r\n");
       this.sockets.handleUpgrade(request, socket, head, (webSocket) => this.serve(webSocket, volume));
     });
+  }
+
+  // Streams that are open.
+  get streams(): number {
+    return this.sockets.clients.size;
   }
 
   // Listens on a port, 0 for a free one, and returns it.
@@ -66,12 +93,22 @@ export class MockServer {
   private async answer(request: IncomingMessage, response: ServerResponse): Promise<void> {
     const path = new URL(request.url ?? "/", "http://mock").pathname;
     if (path === "/api/v1/volumes") {
-      const volumes = this.volumes.map((listed) => (listed.state === "ready" ? { ...sampleVolume(listed.id, listed.type, listed.channelNames), ...listed } : { name: listed.id, ...listed }));
+      const volumes = this.volumes.map((listed) => (listed.state === "ready" ? { ...describe(listed), ...listed, ...listed.fields, labels: undefined } : { name: listed.id, ...listed }));
       return void response.writeHead(200, { "content-type": "application/json" }).end(JSON.stringify({ volumes }));
     }
     if (path.endsWith("/stream") && this.refusal !== null) {
       const problem = { type: "about:blank", ...this.refusal };
       return void response.writeHead(this.refusal.status, { "content-type": "application/problem+json" }).end(JSON.stringify(problem));
+    }
+    if (path === "/api/v1/device") return void response.writeHead(200, { "content-type": "application/json" }).end(JSON.stringify({ name: "mock", kind: "software" }));
+    if (path.endsWith("/animate")) return this.animations.answer(request, response);
+    if (path.endsWith("/pick")) return this.answerPick(new URL(request.url ?? "/", "http://mock").searchParams, response);
+    if (path.endsWith("/image")) return this.answerImage(new URL(request.url ?? "/", "http://mock").searchParams, response);
+    if (path.endsWith("/slice")) return this.slice(new URL(request.url ?? "/", "http://mock").searchParams, response);
+    if (path.endsWith("/region")) {
+      const { searchParams } = new URL(request.url ?? "/", "http://mock");
+      this.regions.push(searchParams.toString());
+      return answerRegion(searchParams, response);
     }
     const file = path === "/" ? "/index.html" : path;
     const type = kTypes[extname(file)];
@@ -81,8 +118,31 @@ export class MockServer {
     response.writeHead(200, { "content-type": type, "content-security-policy": "default-src 'self'; img-src 'self' data:" }).end(body);
   }
 
+  private answerImage(query: URLSearchParams, response: ServerResponse): void {
+    this.images.push(query.toString());
+    const [width = 1, height = 1] = (query.get("size") ?? "").split("x").map(Number);
+    const image = encodePng(Math.min(320, width), Math.min(320, height), (x, y) => [x % 256, y % 256, 128]);
+    response.writeHead(200, { "content-type": "image/png" }).end(image);
+  }
+
+  private slice(query: URLSearchParams, response: ServerResponse): void {
+    this.slices.push(query.toString());
+    this.mostSlices = Math.max(this.mostSlices, ++this.openSlices);
+    response.on("close", () => {
+      --this.openSlices;
+      if (!response.writableFinished) ++this.abandoned;
+    });
+    setTimeout(() => answerSlice(query, this.sliceRefusal, response), this.sliceDelayMs);
+  }
+
+  private answerPick(query: URLSearchParams, response: ServerResponse): void {
+    this.picks.push(query.toString());
+    const pick = this.hit === null ? { hit: false } : { hit: true, world: this.hit, voxel: this.hit.map(Math.floor), t: 1, level: 0, values: [42] };
+    setTimeout(() => response.writeHead(200, { "content-type": "application/json" }).end(JSON.stringify(pick)), this.pickDelayMs);
+  }
+
   private serve(socket: WebSocket, listed: ListedVolume): void {
-    const hello = { type: "hello", version: "blockwalk.v1", volume: sampleVolume(listed.id, listed.type, listed.channelNames), limits: {} };
+    const hello = { type: "hello", version: "blockwalk.v1", volume: { ...describe(listed), ...stepsOf(listed), ...listed.fields }, limits: {} };
     socket.send(JSON.stringify(hello));
     let view: View = {};
     let seq = 0;
@@ -96,15 +156,21 @@ export class MockServer {
         const problem = { type: "about:blank", title: "Bad Request", status: 400, detail: "extinction: only rgba8 has one", field: "extinction" };
         return socket.send(JSON.stringify({ type: "error", id: message["id"], problem }));
       }
-      const refused = this.refusedMember;
-      if (refused !== null && message[refused] !== undefined) {
-        const problem = { type: "about:blank", title: "Bad Request", status: 400, detail: `${refused}: not today`, field: refused };
-        return socket.send(JSON.stringify({ type: "error", id: message["id"], problem }));
+      const { refused } = this;
+      if (refused !== null && message[refused.member] === refused.value) {
+        const problem = { type: "about:blank", title: "Bad Request", status: 400, detail: `${refused.member}: not today`, field: refused.member };
+        return void setTimeout(() => socket.send(JSON.stringify({ type: "error", id: message["id"], problem })), this.refusalAfterMs);
       }
-      view = { ...view, ...message };
-      socket.send(drawFrame(view, ++seq, 0.25));
+      const { ended } = this;
+      if (ended !== null && message[ended.member] === ended.value) return socket.close(1009);
+      view = merged(view, message);
+      const draw = (scale: number): void => {
+        this.newest = { view, seq: ++seq, final: scale === 1 };
+        socket.send(drawFrame(view, seq, scale, this.reasons));
+      };
+      draw(0.25);
       clearTimeout(final);
-      final = setTimeout(() => socket.send(drawFrame(view, ++seq, 1)), kFinalAfterMs);
+      final = setTimeout(() => draw(1), this.finalAfterMs);
     });
     socket.on("close", () => clearTimeout(final));
   }
@@ -123,12 +189,18 @@ export class MockServer {
   }
 }
 
+// As the server does: what a message names changes, and the two ways of seeing depth replace each other.
+function merged({ fov, ortho, ...view }: View, message: View): View {
+  const lens = "fov" in message || "ortho" in message ? {} : { ...(fov !== undefined && { fov }), ...(ortho !== undefined && { ortho }) };
+  return { ...view, ...lens, ...message };
+}
+
 function numbers(value: unknown): number[] {
   return Array.isArray(value) ? value.map(Number) : [];
 }
 
 // The final frame is at most 320 pixels wide too: drawing in JavaScript is slow, and the page scales it.
-function drawFrame(view: View, seq: number, scale: number): Buffer {
+function drawFrame(view: View, seq: number, scale: number, reasons: readonly object[]): Buffer {
   const [fullWidth = 1, fullHeight = 1] = numbers(view["size"]);
   const shrink = scale * Math.min(1, 320 / fullWidth);
   const width = Math.max(1, Math.round(fullWidth * shrink));
@@ -154,6 +226,7 @@ function drawFrame(view: View, seq: number, scale: number): Buffer {
   });
   const header = {
     id: view["id"], seq, width, height, format: "png", level: scale < 1 ? 1 : 0, final: scale === 1, scale, gpu_ms: 3.2, encode_ms: 1, dropped: 0,
+    ...(reasons.length > 0 && { drawn_pixels: 0, reasons }),
   };
   return frameMessage(header, image);
 }
@@ -163,4 +236,11 @@ function frameMessage(header: object, image: Buffer): Buffer {
   const length = Buffer.alloc(4);
   length.writeUInt32LE(text.length);
   return Buffer.concat([length, text, image]);
+}
+
+const describe = ({ id, type, channelNames, labels }: ListedVolume): object =>
+  labels === undefined ? sampleVolume(id, type, channelNames) : sampleLabels(id, labels, { 2: "liver", 3: "left kidney", 4: "right kidney" });
+
+function stepsOf({ steps }: ListedVolume): object {
+  return steps === undefined ? {} : { steps, metadata: { length_unit: "mm", time_step: "0.5 s" } };
 }

@@ -16,7 +16,7 @@ export function sampleVolume(id: string, type: string, names: readonly string[] 
     histogram: { lo: 10 + 1000 * n, hi: 250 + 1000 * n, counts: kHistogram.counts },
     nonempty_share: 0.31,
   }));
-  const own = { range: channels.map((channel) => channel.density_range), tf: names.map((_, n) => `${1000 * n}:000000:0,${1000 * n + 255}:${kColours[n]}:0.4`) };
+  const own = { range: channels.map((channel) => channel.density_range), tf: names.map((_, n) => `${1000 * n}:000000:0,${1000 * n + 100}:808080:0.06,${1000 * n + 255}:${kColours[n]}:0.4`) };
   return {
     ...channels[0],
     id,
@@ -26,16 +26,35 @@ export function sampleVolume(id: string, type: string, names: readonly string[] 
     spacing: [1, 1, 2],
     world_from_index: [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 2, 0]],
     world_box: [0, 0, 0, 96, 80, 128],
+    nonempty_box: [0, 0, 0, 96, 80, 64],
     unit_distance: 1,
     levels: [{ level: 0, dims: [96, 80, 64], blocks: 12, subblocks: 700, stored_bytes: 1433600 }],
     stored_bytes: 1433600,
     dense_bytes: 1966080,
     file_bytes: 1500000,
     source: "mock",
+    metadata: { length_unit: "mm" },
     channels,
     default_view: {
-      eye: [248, 200, 304], target: [48, 40, 64], up: [0, 1, 0], fov: 40,
+      eye: [196.59698032001538, 158.8775842560123, 242.31637638401844], target: [48, 40, 64], up: [0, 1, 0], fov: 40,
       ...(names.length > 1 ? own : { range: own.range[0], ...(type !== "rgba8" && { tf: own.tf[0] }) }),
     },
   };
+}
+
+// Labels from 1 to `count`, some of them with names; no voxel is a 5 where each has a bar of the histogram.
+export function sampleLabels(id: string, count: number, names: Readonly<Record<number, string>> = {}) {
+  const volume = sampleVolume(id, count < 256 ? "u8" : count < 65536 ? "u16" : "f32");
+  const step = Math.max(1, Math.ceil(count / 1024));
+  const hex = (value: number): string => (value & 0xffffff).toString(16).padStart(6, "0");
+  const tf = Array.from({ length: Math.ceil(count / step) }, (_, i) => `${1 + i * step}:${hex(1 + i * step)}:0.3`).join(",");
+  const top = Math.max(255, count);
+  const channel = {
+    ...volume.channels[0],
+    values: "labels",
+    labels: Object.entries(names).map(([value, name]) => ({ value: Number(value), name })),
+    density_range: [1, count],
+    histogram: { lo: 0, hi: top, counts: Array.from({ length: 256 }, (_, i) => (top > 255 ? 1000 : i === 5 ? 0 : 100 * i)) },
+  };
+  return { ...volume, ...channel, id, name: `${id} of the mock`, channels: [channel], default_view: { ...volume.default_view, range: [1, count], tf } };
 }

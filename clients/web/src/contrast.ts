@@ -1,0 +1,120 @@
+// SPDX-License-Identifier: Apache-2.0
+// A channel's contrast: which colours, from which value to which, how bright the middle is and how opaque it all is.
+// It is kept nowhere but in the points of the transfer function: what this page wrote is read back from them.
+//
+// Point i of the colours stands at share u of the way from black to white, and at u^(1/gamma) in the window.
+
+import { formatPoints, isPreset, kMaps, parsePoints, presetPoints, type TransferPoint } from "./transfer";
+import type { Preset } from "./protocol";
+import type { ChannelInfo, Histogram, Range } from "./volume_info";
+
+export interface Contrast {
+  readonly base: readonly TransferPoint[]; // before window, gamma and opacity; its ends are 0 and 1 of the window
+  readonly name: Preset | "colour" | "own"; // what it is: a preset, one colour, or points that are none of these
+  readonly window: Range; // black, white
+  readonly gamma: number; // above 1 the middle is darker
+  readonly opacity: number; // of the densest point
+}
+
+const kDark = 0.35; // of a colour, where it begins
+export const kAutoShares: Range = [0.0035, 0.998]; // of the voxels, from black to white
+
+// Null where there is nothing to stretch: labels, voxels of their own colours, a channel of one single value.
+export function contrastOf(channel: ChannelInfo, transfer: string): Contrast | null {
+  const own = parsePoints(channel.transfer ?? "");
+  if (channel.areLabels || own === null) return null;
+  const points = isPreset(transfer) ? presetPoints(transfer, own) : parsePoints(transfer);
+  if (points === null) return null;
+  const [first, last] = [points[0], points.at(-1)];
+  if (!first || !last || !(last.value > first.value)) return null;
+  const [window, opacity]: [Range, number] = [[first.value, last.value], last.opacity];
+  if (isPreset(transfer)) return { base: points, name: transfer, window, gamma: 1, opacity };
+  const known = knownBase(points, own);
+  if (known === null) return { base: points, name: "own", window, gamma: 1, opacity };
+  return { ...known, window, gamma: gammaOf(points, known.base), opacity };
+}
+
+// The text of the transfer function: the preset's name where nothing differs from it.
+export function transferOf(contrast: Contrast, channel: ChannelInfo): string {
+  const { base, name, window: [black, white], gamma, opacity } = contrast;
+  const [first, last] = [base[0], base.at(-1)];
+  if (!first || !last) return "auto";
+  const strength = last.opacity > 0 ? opacity / last.opacity : 1;
+  const points = base.map((point) => {
+    const share = shareIn(base, point.value);
+    return {
+      value: black + (white - black) * share ** (1 / gamma),
+      colour: point.colour,
+      opacity: Math.min(1, point.opacity * strength),
+    };
+  });
+  const text = formatPoints(points);
+  const own = parsePoints(channel.transfer ?? "") ?? [];
+  return isPreset(name) && text === formatPoints(presetPoints(name, own) ?? []) ? name : text;
+}
+
+// The same window and brightness in other colours.
+export function withPreset(contrast: Contrast, channel: ChannelInfo, name: Preset): Contrast {
+  const base = presetPoints(name, parsePoints(channel.transfer ?? "") ?? []) ?? contrast.base;
+  const [first, last] = [base[0], base.at(-1)];
+  const isFixed = name.startsWith("ct-") || name === "angiography" || contrast.name.startsWith("ct-") || contrast.name === "angiography";
+  if (!isFixed || !first || !last) return { ...contrast, base, name };
+  return { base, name, window: [first.value, last.value], gamma: 1, opacity: last.opacity };
+}
+
+// From dark to full, as the server colours several channels.
+export function withColour(contrast: Contrast, channel: ChannelInfo, colour: string): Contrast {
+  const own = parsePoints(channel.transfer ?? "") ?? [];
+  return { ...contrast, base: colouredBase(own, colour), name: "colour" };
+}
+
+// The window from which to which this share of the voxels lies.
+export function autoWindow(histogram: Histogram): Range {
+  const [lo, hi] = kAutoShares.map((share) => quantile(histogram, share));
+  return lo !== undefined && hi !== undefined && hi > lo ? [lo, hi] : [histogram.lo, histogram.hi];
+}
+
+export function quantile({ lo, hi, counts }: Histogram, share: number): number {
+  const wanted = share * counts.reduce((sum, count) => sum + count, 0);
+  const width = (hi - lo) / counts.length;
+  let below = 0;
+  for (const [bin, count] of counts.entries()) {
+    if (count > 0 && below + count >= wanted) return lo + width * (bin + (wanted - below) / count);
+    below += count;
+  }
+  return hi;
+}
+
+function colouredBase(own: readonly TransferPoint[], colour: string): readonly TransferPoint[] {
+  return own.map((point) => {
+    const share = kDark + (1 - kDark) * shareIn(own, point.value);
+    const bytes = [0, 2, 4].map((at) => Math.round(share * parseInt(colour.slice(at, at + 2), 16)));
+    return { ...point, colour: bytes.map((byte) => byte.toString(16).padStart(2, "0")).join("") };
+  });
+}
+
+// What these points are but for window, gamma and opacity: their colours tell.
+function knownBase(points: readonly TransferPoint[], own: readonly TransferPoint[]): Pick<Contrast, "base" | "name"> | null {
+  const hasColoursOf = (base: readonly TransferPoint[] | null): base is readonly TransferPoint[] =>
+    base !== null && base.length === points.length && base.every(({ colour }, i) => colour === points[i]?.colour);
+  for (const name of ["auto", ...Object.keys(kMaps)]) {
+    const base = isPreset(name) ? presetPoints(name, own) : null;
+    if (hasColoursOf(base) && isPreset(name)) return { base, name };
+  }
+  const coloured = colouredBase(own, points.at(-1)?.colour ?? "");
+  return hasColoursOf(coloured) ? { base: coloured, name: "colour" } : null;
+}
+
+// As a point in the middle tells it, in hundredths; 1 where none does.
+function gammaOf(points: readonly TransferPoint[], base: readonly TransferPoint[]): number {
+  const middle = Math.floor(base.length / 2);
+  const [point, from] = [points[middle], base[middle]];
+  if (!point || !from || base.length < 3) return 1;
+  const gamma = Math.log(shareIn(base, from.value)) / Math.log(shareIn(points, point.value));
+  return Number.isFinite(gamma) && gamma > 0 ? Math.round(100 * gamma) / 100 : 1;
+}
+
+function shareIn(points: readonly TransferPoint[], value: number): number {
+  const [first, last] = [points[0]?.value ?? 0, points.at(-1)?.value ?? 1];
+  return last > first ? (value - first) / (last - first) : 0;
+}

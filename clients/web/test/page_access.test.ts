@@ -1,0 +1,152 @@
+// SPDX-License-Identifier: Apache-2.0
+// The page in each of its states, looked at by axe-core: it finds nothing. Then with a person's own colours, and with less
+// motion.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import axe from "axe-core";
+import type { Page } from "playwright-core";
+import { changeAndSettle, partOf, waitForFinal } from "./browser";
+import type { ListedVolume } from "./mock_server";
+import { kCells, kVolumes, run, screenshot, type Run } from "./page_run";
+
+// `areForced`: colours are the person's, and axe reads the page's, which nobody sees.
+async function check(page: Page, state: string, areForced = false): Promise<void> {
+  await page.waitForTimeout(300); // what glides has arrived: half-transparent text has another contrast
+  await page.evaluate(axe.source);
+  const found = await page.evaluate(async (isContrast) => {
+    const { violations } = await (window as unknown as { axe: typeof axe }).axe.run({ rules: { "color-contrast": { enabled: isContrast } } });
+    return violations.map(({ id, nodes }) => `${id}: ${nodes.map(({ html, failureSummary }) => `${html.slice(0, 160)} (${failureSummary})`).join("; ")}`);
+  }, !areForced);
+  assert.deepEqual(found, [], state);
+}
+
+const kFilm: readonly ListedVolume[] = [{ id: "film", state: "ready", type: "u16", steps: 5 }];
+const kOrgans: readonly ListedVolume[] = [{ id: "organs", state: "ready", type: "u8", labels: 200 }];
+const states: Readonly<Record<string, readonly [options: Parameters<typeof run>[0], act: (run: Run) => Promise<unknown>]>> = {
+  "a volume of colours": [{}, async ({ page }) => waitForFinal(page)],
+  "without the panel": [{}, async ({ page }) => {
+    await waitForFinal(page);
+    await page.keyboard.press("p");
+  }],
+  "a scalar volume": [{ hash: "#volume=vessels" }, async ({ page }) => {
+    await waitForFinal(page);
+    await page.click("#advanced summary");
+    await page.click("#badge");
+  }],
+  channels: [{ volumes: kCells }, async ({ page }) => {
+    await waitForFinal(page);
+    await page.click(partOf(1, "summary"));
+    await page.uncheck(partOf(2, ".channel-head input"));
+    await page.fill(partOf(0, ".value-lo"), "none");
+    await page.keyboard.press("Enter");
+  }],
+  labels: [{ volumes: kOrgans }, async ({ page }) => {
+    await waitForFinal(page);
+    await page.locator(".label-row input").first().uncheck();
+    await page.locator(".label-scroller").evaluate((scroller) => { scroller.scrollTop = 900; });
+  }],
+  "steps in time": [{ volumes: kFilm }, async ({ page }) => waitForFinal(page)],
+  "the editor": [{ hash: "#volume=vessels" }, async ({ page }) => {
+    await waitForFinal(page);
+    await page.click(".edit-transfer");
+    await page.fill("#tf-opacity", "7");
+    await page.keyboard.press("Enter");
+    await page.waitForSelector("#tf-fault:not([hidden])");
+  }],
+  "what cuts, and bookmarks": [{}, async ({ page }) => {
+    await waitForFinal(page);
+    await page.check("#cut-handles");
+    await page.check("#show-box");
+    for (let i = 0; i < 2; i++) await changeAndSettle(page, () => page.click("#plane-add"));
+    await page.click("#bookmark-add");
+  }],
+  "the list of volumes": [{}, async ({ page }) => {
+    await waitForFinal(page);
+    await page.click("#picker-button");
+    await page.waitForFunction(() => document.querySelectorAll(".thumbnail[src]").length >= 2);
+  }],
+  help: [{}, async ({ page }) => {
+    await waitForFinal(page);
+    await page.keyboard.press("h");
+  }],
+  saving: [{}, async ({ page }) => {
+    await waitForFinal(page);
+    await page.waitForTimeout(400);
+    await page.click("#save-button");
+  }],
+  "a problem": [{ hash: "#volume=fossil&range=9:3&colour=red" }, async ({ page }) => {
+    await waitForFinal(page);
+    await page.waitForSelector(".toast");
+  }],
+  "an empty picture": [{}, async ({ page, mock }) => {
+    await waitForFinal(page);
+    mock.reasons = [{ reason: "range", detail: "No density lies in the range.", change: { range: "auto" } }];
+    await changeAndSettle(page, () => page.check("#lit"));
+    await page.waitForSelector("#empty:not([hidden])");
+  }],
+  "no volumes": [{ volumes: [] }, async ({ page }) => void (await page.waitForSelector("#overlay:has-text('No volumes yet')"))],
+  loading: [{ volumes: [{ id: "fossil", state: "loading", type: "u8" }] }, async ({ page }) => void (await page.waitForSelector("#overlay:has-text('Loading')"))],
+  "a volume that failed": [{ hash: "#volume=broken" }, async ({ page }) => void (await page.waitForSelector("#overlay:has-text('could not be loaded')"))],
+  "a lost connection": [{}, async ({ page, mock }) => {
+    await waitForFinal(page);
+    await mock.stop();
+    await page.waitForSelector("#overlay:has-text('Reconnecting')");
+  }],
+  "a phone": [{ phone: true }, async ({ page }) => waitForFinal(page)],
+  "a phone with its sheet": [{ phone: true, volumes: [...kOrgans, ...kVolumes] }, async ({ page }) => {
+    await waitForFinal(page);
+    await page.click("#sheet-handle", { position: { x: 20, y: 20 } });
+  }],
+  "a phone with the editor": [{ phone: true, hash: "#volume=vessels" }, async ({ page }) => {
+    await waitForFinal(page);
+    await page.click("#sheet-handle", { position: { x: 20, y: 20 } });
+    await page.waitForTimeout(400);
+    await page.click(".edit-transfer");
+    await screenshot(page, "transfer-phone");
+  }],
+};
+
+for (const [state, [options, act]] of Object.entries(states)) {
+  test(`axe-core finds nothing: ${state}`, () => run(options, async (running) => {
+    await act(running);
+    await check(running.page, state);
+  }));
+}
+
+test("with a person's own colours what is chosen still shows, and so do points and bars", () => run({ volumes: kOrgans }, async ({ page }) => {
+  await page.emulateMedia({ forcedColors: "active" });
+  await waitForFinal(page);
+  await check(page, "forced colours", true);
+  const style = (selector: string, property: string, pseudo?: string): Promise<string> =>
+    page.locator(selector).first().evaluate((element, [name, part]) => getComputedStyle(element, part).getPropertyValue(name ?? ""), [property, pseudo] as const);
+  assert.notEqual(await style(".segments input:checked + span", "outline-style"), "none");
+  assert.equal(await style(".segments input:not(:checked) + span", "outline-style"), "none");
+  assert.equal(await style(".switches input", "appearance"), "auto");
+  assert.equal(await style(".label-colour", "forced-color-adjust"), "none");
+  assert.notEqual(await style(".label-colour", "background-color"), await page.evaluate(() => getComputedStyle(document.body).backgroundColor));
+  await screenshot(page, "forced-colours");
+}));
+
+test("with a person's own colours the editor's points keep theirs", () => run({ hash: "#volume=vessels" }, async ({ page }) => {
+  await page.emulateMedia({ forcedColors: "active" });
+  await waitForFinal(page);
+  await page.click(".edit-transfer");
+  await check(page, "forced colours, editor", true);
+  const colours = await page.locator(".tf-point").evaluateAll((all) => all.map((point) => getComputedStyle(point, "::after").backgroundColor));
+  assert.equal(new Set(colours).size, 3);
+  await screenshot(page, "forced-colours-editor");
+}));
+
+test("where less motion is asked for nothing glides", () => run({}, async ({ page, mock }) => {
+  await page.emulateMedia({ reducedMotion: "reduce" });
+  await waitForFinal(page);
+  const moving = await page.evaluate(() => [...document.querySelectorAll("*")].filter((element) => Math.max(...getComputedStyle(element).transitionDuration.split(",").map(parseFloat)) > 0.001).length);
+  assert.equal(moving, 0);
+  mock.refused = { member: "lit", value: true };
+  await page.click("#lit"); // it goes back at once
+  await page.waitForSelector(".toast");
+  assert.equal(await page.locator(".toast").evaluate((toast) => getComputedStyle(toast).animationName), "none");
+  await page.emulateMedia({ reducedMotion: "no-preference" });
+  assert.notEqual(await page.locator(".toast").evaluate((toast) => getComputedStyle(toast).animationName), "none", "and where not, it does");
+}));
