@@ -9,9 +9,10 @@ back. Views come 30 a second, as fast as a mouse, whatever is drawn. The budget 
 take on the device, and of what the same daemon needs for anything at all: its records and frames, which every row has.
 Each row: milliseconds between a view's frames and device milliseconds of one (median, 95th percentile), blocks that were
 wanted and the share of them that was there (hits), how far moving frames are from the complete picture of their view (root
-mean square of a colour, steps of 8 bits: median and most of every tenth view), time after the jump until a frame is complete and until the final one,
-pages read then and all in all, the daemon's memory at its most beside the budget, and whether the pictures at the ends are
-those of a daemon without a bound, byte for byte."""
+mean square of a colour, steps of 8 bits: median and most of every tenth view; and holes: the greatest share of the complete
+picture's pixels where they are background), time after the jump until the first frame, until a frame is complete and until the
+final one, pages read then and all in all, what the daemon counts against its budget at its most (looked at 20 times a second)
+and its memory beside it, and whether the pictures at the ends are those of a daemon without a bound, byte for byte."""
 import argparse
 import hashlib
 import json
@@ -22,7 +23,7 @@ import threading
 import time
 
 from daemon import Daemon
-from pictures import difference
+from pictures import difference, holes
 from viewer import Stream
 
 PERIOD = 1 / 30
@@ -83,16 +84,37 @@ class Flight:
         return self.taken()
 
     def rest(self):
-        """Frames until the final one of the last view, and when the first complete and the final one came."""
+        """Frames until the final one of the last view, and when the first, the first complete and the final one came."""
         begin = time.monotonic()
-        complete, frames = None, []
+        first, complete, frames = None, None, []
         while True:
             at, header = self.checked(self.frames.get(timeout=300))
             frames.append((at, header))
+            if header["id"] == self.number and first is None:
+                first = at - begin
             if header["id"] == self.number and header["complete"] and complete is None:
                 complete = at - begin
             if header["id"] == self.number and header["final"]:
-                return frames, complete, at - begin
+                return frames, first, complete, at - begin
+
+
+class Watch:
+    """The most that a metric of a daemon says, looked at all the time."""
+
+    def __init__(self, daemon, name):
+        self.most = 0
+        self.done = threading.Event()
+        self.thread = threading.Thread(target=self.look, args=(daemon, name), daemon=True)
+        self.thread.start()
+
+    def look(self, daemon, name):
+        while not self.done.wait(0.05):
+            self.most = max(self.most, daemon.metric(name))
+
+    def end(self):
+        self.done.set()
+        self.thread.join()
+        return self.most
 
 
 def orbit(centre, radius, angles, up):
@@ -170,9 +192,14 @@ def compare(options, runs, look):
         volume = daemon.volumes()[0]
         for run in runs:
             for name, kept in run.pop("kept").items():
-                errors = [difference(pixels, fetched(daemon, volume, camera, (width, height), look))
-                          for camera, width, height, pixels in kept]
+                errors, missing = [], []
+                for camera, width, height, pixels in kept:
+                    complete = fetched(daemon, volume, camera, (width, height), look)
+                    errors.append(difference(pixels, complete))
+                    shown = sum(complete[i:i + 3] != bytes(3) for i in range(0, len(complete), 4))
+                    missing.append(holes(pixels, complete) / max(shown, 1))
                 run["parts"][name]["error"] = [round(statistics.median(errors), 1), round(max(errors), 1)] if errors else None
+                run["parts"][name]["holes"] = round(max(missing), 4) if missing else None
     finally:
         daemon.end()
 
@@ -188,18 +215,18 @@ def fly(options, budget, size, look):
         stream.show(flight["orbit"][0])
         stream.rest()  # kernels are compiled, and the first view is there
         run = {"budget": budget, "parts": {}, "kept": {}}
-        most = 0
+        watch = Watch(daemon, "device_memory_used_bytes")
         for name in ("orbit", "zoom", "turn near", "jump", "return"):
             begin = time.monotonic()
             frames = stream.move(flight[name]) if len(flight[name]) > 1 else (stream.show(flight[name][0]) or [])
             moving = summary(frames, begin)
-            rest, complete, final = stream.rest()
-            run["parts"][name] = {**moving, "s_to_complete": complete and round(complete, 2), "s_to_final": round(final, 2),
+            rest, first, complete, final = stream.rest()
+            run["parts"][name] = {**moving, "s_to_first": first and round(first, 3),
+                                  "s_to_complete": complete and round(complete, 2), "s_to_final": round(final, 2),
                                   "pages_to_final": sum(h.get("pages_read", 0) for _, h in rest)}
             run["kept"][name], stream.kept = stream.kept, []
-            most = max(most, daemon.metric("device_memory_used_bytes"))
+        run["device_bytes"] = watch.end()
         run["rss"], run["anonymous"] = rss(daemon.pid)
-        run["device_bytes"] = most
         run["pictures"] = [picture(daemon, volume, flight[name][-1], size, look) for name in ("zoom", "jump", "return")]
         return info, run
     finally:
@@ -230,8 +257,8 @@ def main():
     compare(options, runs, look)
     mib = 1 << 20
     print(f"level 0: {voxels / mib:.0f} MiB of voxels on the device, {info['levels'][0]['blocks']} blocks\n")
-    print("| share | budget MiB | device, RSS MiB | part | frames, scale | ms between, device (95 %) | complete, hits | error | "
-          "s to complete, final | pages moving, final | pictures |")
+    print("| share | budget MiB | device, RSS MiB | part | frames, scale | ms between, device (95 %) | complete, hits | error, holes | "
+          "s to first, complete, final | pages moving, final | pictures |")
     print("|" + "---|" * 11)
     for run in runs:
         same = sum(a == b for a, b in zip(run["pictures"], whole["pictures"]))
@@ -240,13 +267,13 @@ def main():
         for name, part in run["parts"].items():
             ms = part["ms"] and f"{part['ms'][0]}, {part['gpu_ms'][0]} ({part['gpu_ms'][1]})"
             print(f"| {head} | {name} | {part['frames']}, {part['scale']} | {ms or '-'} | {part['complete']}, {part['hits']} | "
-                  f"{part['error'] and '{} ({})'.format(*part['error']) or '-'} | "
-                  f"{part['s_to_complete']}, {part['s_to_final']} | {part['pages_read']}, {part['pages_to_final']} | "
+                  f"{part['error'] and '{} ({}), {}'.format(*part['error'], part['holes']) or '-'} | "
+                  f"{part['s_to_first']}, {part['s_to_complete']}, {part['s_to_final']} | {part['pages_read']}, {part['pages_to_final']} | "
                   f"{same} of {len(run['pictures'])} the same |")
             head = " | | "
     if options.json:
         with open(options.json, "w", encoding="utf-8") as file:
-            json.dump({"volume": info["name"], "size": size, "look": look, "voxel_bytes": voxels, "runs": runs}, file, indent=1)
+            json.dump({"experiment": "large", "volume": info["name"], "size": size, "look": look, "voxel_bytes": voxels, "runs": runs}, file, indent=1)
 
 
 if __name__ == "__main__":

@@ -128,6 +128,10 @@ void addSceneFlags(CLI::App& app, Command& command, const Experiment& experiment
       "pixels of a picture, WxH (160x120)");
   app.add_option("--demo-side", command.options.demo_side, "voxels of the procedural volumes (96)")
       ->check(CLI::Range(8, 4096));
+  app.add_option_function<std::uint64_t>(
+         "--page-mib", [&command](std::uint64_t mib) { command.options.device.page_bytes = mib << 20; },
+         "room for the voxels of a level, which beyond it come and go block by block")
+      ->check(CLI::Range(0, 1 << 20));
   app.add_option("--pictures", command.options.pictures, "paper-...: a folder for pictures of what is measured");
   app.callback([&command, &experiment] { run(experiment, command); });
 }

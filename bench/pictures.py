@@ -12,3 +12,8 @@ def difference(a, b):
         total += sum((a[i + c] - b[i + c]) ** 2 for c in range(3))
         count += 3
     return math.sqrt(total / count) if count else 0.0
+
+
+def holes(picture, complete):
+    """Pixels of rgba8 that are background where the complete picture is not."""
+    return sum(picture[i:i + 3] == bytes(3) != complete[i:i + 3] for i in range(0, len(picture), 4))

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: Apache-2.0
-"""Draws what `bench` error and paper-... write. Usage: bench/plot.py FILE.json -o FILE.svg"""
+"""Draws what `bench` error and paper-... and bench/large.py write. Usage: bench/plot.py FILE.json -o FILE.svg"""
 import argparse
 import json
 import sys
@@ -132,7 +132,32 @@ def draw_paper_octree(result, path):
     draw_panels(result, panels, path)
 
 
-DRAWINGS = {"error": draw_error, "paper-blocks": draw_paper_blocks, "paper-boundary": draw_paper_boundary,
+def draw_large(result, path):
+    """A budget a group, a part of the flight a bar."""
+    runs = {"all" if run["share"] is None else str(run["share"]): run["parts"] for run in result["runs"]}
+    panels = {
+        "device ms of a moving frame": lambda part: part["gpu_ms"] and part["gpu_ms"][0],
+        "blocks that were there, share": lambda part: part["hits"],
+        "error of a moving frame, 8-bit steps": lambda part: part["error"] and part["error"][0],
+        "s until the view is complete": lambda part: part["s_to_complete"],
+    }
+    figure, axes = plot.subplots(2, 2, figsize=(11, 8))
+    for axis, (title, value) in zip(axes.flat, panels.items()):
+        parts = list(next(iter(runs.values())))
+        for number, name in enumerate(parts):
+            found = [value(run[name]) for run in runs.values()]
+            axis.bar([place + number * 0.8 / len(parts) for place in range(len(found))],
+                     [0 if v is None else v for v in found], 0.8 / len(parts), label=name)
+        axis.set_xticks([place + 0.4 for place in range(len(runs))], runs, fontsize=8)
+        axis.set(title=title, xlabel="share of the finest level's voxels that the budget holds")
+        axis.grid(axis="y", alpha=0.2)
+    axes[0][0].legend(fontsize=7)
+    figure.suptitle(f"{result['volume']}, {result['size'][0]}x{result['size'][1]}", fontsize=9)
+    figure.tight_layout()
+    figure.savefig(path)
+
+
+DRAWINGS = {"large": draw_large, "error": draw_error, "paper-blocks": draw_paper_blocks, "paper-boundary": draw_paper_boundary,
             "paper-octree": draw_paper_octree}
 
 

@@ -36,7 +36,7 @@ def options():
 def randomView(rng, size):
     view = {
         "size": size,
-        "mode": rng.choice(["blend", "first-hit", "blocks", "mip", "mean", "iso"]),
+        "mode": rng.choice(["blend", "first-hit", "blocks", "mip", "minip", "attenuated-mip", "mean", "iso"]),
         "finder": rng.choice(["auto", "grid", "query", "clusters", "boundary", "octree", "none"]),
         "filter": rng.choice(["nearest", "linear"]),
         "lit": rng.choice(["on", "off"]),
@@ -46,7 +46,7 @@ def randomView(rng, size):
         "cull": rng.choice(["on", "off"]),
         "format": "jpeg" if rng.random() < 0.5 else "png",
     }
-    if view["mode"] in ("mip", "mean", "blocks") and view["output"] in ("depth", "position"):
+    if view["mode"] in ("mip", "minip", "attenuated-mip", "mean", "blocks") and view["output"] in ("depth", "position"):
         view["output"] = "color"
     if view["output"] not in ("color", "mesh"):
         view["format"] = "raw"

@@ -182,17 +182,25 @@ def masks(result):
                   f"{better}, {worse}")
 
 
+def pages(scene):
+    """Of voxels beyond the room for them: blocks read and milliseconds of a view's first picture and of the one after it."""
+    if "pages" not in scene:
+        return "all there", ""
+    read, ms = scene["pages"]["read"], scene["pages"]["total_ms"]
+    return ("{}, {}".format(*read) + ("" if scene["pages"]["complete"] else ", not complete")), "{:.0f}, {:.0f}".format(*ms)
+
+
 def paper_octree(result):
     scenes = result["scenes"]
     yield from head("volume", "matter", "distance", "level", *(f"{run['choice']}: ms" for run in scenes[0]["runs"]),
-                    "voxels a pixel", "auto against the best")
+                    "voxels a pixel", "auto against the best", *(["read first, again", "ms first, again"] if "page_bytes" in result else []))
     pixels = result["size"][0] * result["size"][1]
     for scene in scenes:
         level = scene["drawn_level"] if scene["level"] == 0 else f"auto ({scene['drawn_level']})"
         walked = next(run for run in scene["runs"] if run["choice"] == "octree+walk")
         yield row(scene["name"], scene["matter"], scene["distance"], level,
                   *(f"{run['ms']['median']:.1f}" for run in scene["runs"]), f"{walked['voxel_steps'] / pixels:.1f}",
-                  against_best(scene["runs"]))
+                  against_best(scene["runs"]), *(pages(scene) if "page_bytes" in result else []))
     yield ""
     for name, sizes in result["bytes"].items():
         yield f"{name}: MB on the device: {parts(sizes)}."

@@ -32,12 +32,22 @@ const Choice kChoices[] = {{.name = "none", .finder = Finder::none},
                            {.name = "grid+walk", .finder = Finder::grid},
                            {.name = "auto", .finder = Finder::automatic}};
 
+// Voxels beyond the room for them: blocks read for a view's first picture and for the one after it, and the time of
+// both from order to picture.
+json pagesJson(const Frame& first, const Frame& second) {
+  const auto bothOf = [&](auto member) { return json::array({first.stats.*member, second.stats.*member}); };
+  return {{"read", bothOf(&RenderStats::pages_read)},
+          {"total_ms", bothOf(&RenderStats::total_ms)},
+          {"complete", first.stats.isComplete() && second.stats.isComplete()}};
+}
+
 }  // namespace
 
 json runPaperOctree(const ExperimentOptions& options) {
   const auto renderer = createRenderer(options.device);
   json result = newRecord("paper-octree", *renderer, options);
   result["demo_side"] = options.demo_side;
+  if (options.device.page_bytes) result["page_bytes"] = *options.device.page_bytes;
   result["scenes"] = json::array();
   const SceneFiles files(options, {"fossil", "rock"});
   for (const SceneFile& file : files.all()) {
@@ -58,12 +68,14 @@ json runPaperOctree(const ExperimentOptions& options) {
               fmt::format("{}, {}, {}, level {}", file.name, matter.name, distance.name, level == 0 ? "0" : "auto");
           if (options.on_step) options.on_step(name);
           const Frame frame = renderer->render(*volume, view, {});
-          result["scenes"].push_back({{"name", file.name},
-                                      {"matter", info.type == VoxelType::rgba8 ? matter.name : "own transfer function"},
-                                      {"distance", distance.name},
-                                      {"level", level == 0 ? json(0) : json("auto")},
-                                      {"drawn_level", frame.stats.level},
-                                      {"runs", timeChoices(*renderer, *volume, view, kChoices, options.samples)}});
+          json scene = {{"name", file.name},
+                        {"matter", info.type == VoxelType::rgba8 ? matter.name : "own transfer function"},
+                        {"distance", distance.name},
+                        {"level", level == 0 ? json(0) : json("auto")},
+                        {"drawn_level", frame.stats.level}};
+          if (frame.stats.paged) scene["pages"] = pagesJson(frame, renderer->render(*volume, view, {}));
+          scene["runs"] = timeChoices(*renderer, *volume, view, kChoices, options.samples);
+          result["scenes"].push_back(std::move(scene));
           writePicture(options, name, frame);
         }
       }
