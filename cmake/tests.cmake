@@ -92,7 +92,7 @@ On/TruthTest.Coarser*/fossil:On/TruthTest.Coarser*/smoke:On/TruthTest.Coarser*/h
   get_test_property(renderer.rest ENVIRONMENT renderer_environment)
   set_tests_properties(renderer.fast PROPERTIES TIMEOUT 1200 COST 2000 LABELS fast ENVIRONMENT "${renderer_environment}")
 endif()
-add_room_test(server DRAWS TIMEOUT 300 LIBRARIES server spdlog::spdlog)
+add_room_test(server DRAWS TIMEOUT 300 LIBRARIES server spdlog::spdlog ZLIB::ZLIB)
 add_room_test(cli DRAWS TIMEOUT 300 LIBRARIES protocol OpenSSL::SSL)
 if(TARGET test_cli)
   add_dependencies(test_cli blockwalk)

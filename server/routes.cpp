@@ -58,9 +58,19 @@ HttpReply pageReply(const HttpRequest& request, const ServerState& state) {
     refuse(404, "there is nothing under this path");
   }
   if (auto reply = judgeMethod(request, kReadMethods)) return *reply;
-  HttpReply reply{.status = 200, .type = page->second.type, .fields = {}, .body = page->second.bytes};
-  if (matchesTag(request, page->second.etag)) reply = {.status = 304, .type = {}, .fields = {}, .body = {}};
-  reply.fields.emplace_back("ETag", page->second.etag);
+  const StaticPage& found = page->second;
+  const bool is_packed = found.gzip.size() > 0 && acceptsGzip(request);
+  // Other bytes have another tag (RFC 9110, 8.8.3.3).
+  const std::string etag =
+      is_packed ? fmt::format("{}-gzip\"", found.etag.substr(0, found.etag.size() - 1)) : found.etag;
+  HttpReply reply{.status = 200, .type = found.type, .fields = {}, .body = is_packed ? found.gzip : found.bytes};
+  if (matchesTag(request, etag)) {
+    reply = {.status = 304, .type = {}, .fields = {}, .body = {}};
+  } else if (is_packed) {
+    reply.fields.emplace_back("Content-Encoding", "gzip");
+  }
+  reply.fields.emplace_back("Vary", "Accept-Encoding");
+  reply.fields.emplace_back("ETag", etag);
   reply.fields.emplace_back("Cache-Control", "no-cache");
   reply.fields.emplace_back("Content-Security-Policy", std::string(kPagePolicy));
   reply.fields.emplace_back("Referrer-Policy", "no-referrer");

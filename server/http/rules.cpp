@@ -257,6 +257,23 @@ bool matchesTag(const HttpRequest& request, std::string_view etag) {
   return false;
 }
 
+bool acceptsGzip(const HttpRequest& request) {
+  bool by_name = false;
+  bool accepted = false;
+  for (const auto& [name, value] : request.fields) {
+    if (!equalNames(name, "Accept-Encoding")) continue;
+    std::string_view rest = value;
+    while (!rest.empty()) {
+      const MediaRange coding = takeMediaRange(rest);  // its grammar (RFC 9110, 12.5.3)
+      const bool is_gzip = equalNames(coding.type, "gzip") || equalNames(coding.type, "x-gzip");
+      if (!is_gzip && (by_name || coding.type != "*")) continue;
+      accepted = coding.is_wanted;
+      by_name = is_gzip;
+    }
+  }
+  return accepted;
+}
+
 bool acceptsType(const HttpRequest& request, std::string_view type) {
   if (request.count("Accept") == 0) return true;
   // The most specific range that fits decides (RFC 9110, 12.5.1).

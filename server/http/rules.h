@@ -32,6 +32,9 @@ bool equalSecrets(std::string_view a, std::string_view b);
 // Does If-None-Match name this tag? Weak comparison, lists and `*` (RFC 9110, 8.8.3.2 and 13.1.2).
 bool matchesTag(const HttpRequest& request, std::string_view etag);
 
+// May a reply be sent with gzip? Only where the request says so.
+bool acceptsGzip(const HttpRequest& request);
+
 // May `type` be sent under the request's Accept?
 bool acceptsType(const HttpRequest& request, std::string_view type);
 

@@ -2,6 +2,8 @@
 #include "server/http/static_pages.h"
 
 #include <fmt/format.h>
+#define ZLIB_CONST
+#include <zlib.h>
 
 #include <array>
 #include <fstream>
@@ -35,6 +37,23 @@ std::string_view typeOf(const std::filesystem::path& file) {
   return "application/octet-stream";
 }
 
+constexpr int kGzipWindow = 15 + 16;  // zlib: a gzip header before the largest window
+
+// Empty where it would not be smaller.
+std::string gzipped(const std::string& content) {
+  z_stream stream{};
+  if (deflateInit2(&stream, Z_BEST_COMPRESSION, Z_DEFLATED, kGzipWindow, 9, Z_DEFAULT_STRATEGY) != Z_OK) return {};
+  std::string packed(content.size(), '\0');
+  stream.next_in = reinterpret_cast<const Bytef*>(content.data());
+  stream.avail_in = static_cast<uInt>(content.size());
+  stream.next_out = reinterpret_cast<Bytef*>(packed.data());
+  stream.avail_out = static_cast<uInt>(packed.size());
+  const bool is_smaller = deflate(&stream, Z_FINISH) == Z_STREAM_END;
+  packed.resize(is_smaller ? stream.total_out : 0);
+  deflateEnd(&stream);
+  return packed;
+}
+
 }  // namespace
 
 std::string contentTag(std::string_view content) {
@@ -59,7 +78,8 @@ StaticPages loadStaticPages(const std::filesystem::path& folder) try {
     const std::string path = fmt::format("/{}", std::filesystem::relative(entry.path(), folder).generic_string());
     const StaticPage page{.type = std::string(typeOf(entry.path())),
                           .etag = fmt::format("\"{}\"", contentTag(content)),
-                          .bytes = textBytes(content)};
+                          .bytes = textBytes(content),
+                          .gzip = textBytes(gzipped(content))};
     if (path == "/index.html") pages["/"] = page;
     pages[path] = page;
   }

@@ -15,6 +15,7 @@ struct StaticPage {
   std::string type;
   std::string etag;
   Bytes bytes;
+  Bytes gzip = {};  // the same (RFC 1952); empty where that is not smaller
 };
 
 // URL paths: "/" is index.html, "/assets/x.js" is assets/x.js.

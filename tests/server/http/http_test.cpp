@@ -296,23 +296,6 @@ TEST(Http, AFileThatFailsIsReportedAndTheRestServes) {
   EXPECT_EQ(get(server.port(), std::string(kImage) + "?size=4x4").status, 200);
 }
 
-TEST(Http, ServesThePageFromMemory) {
-  const auto root = scratchFolder() / "page";
-  std::filesystem::create_directories(root / "assets");
-  std::ofstream(root / "index.html") << "<title>Blockwalk</title>";
-  std::ofstream(root / "assets" / "app.js") << "let x = 1;";
-  RunningServer server({.web_root = root});
-  std::ofstream(root / "index.html") << "changed";
-  const auto page = get(server.port(), "/");
-  EXPECT_EQ(page.body, "<title>Blockwalk</title>");
-  EXPECT_EQ(page.fields.at("content-type"), "text/html; charset=utf-8");
-  EXPECT_THAT(page.fields.at("content-security-policy"),
-              testing::AllOf(testing::HasSubstr("default-src 'none'"), testing::HasSubstr("script-src 'self'"),
-                             testing::HasSubstr("frame-ancestors 'none'"), testing::Not(testing::HasSubstr("unsafe"))));
-  EXPECT_EQ(get(server.port(), "/assets/app.js?v=1").body, "let x = 1;");
-  EXPECT_EQ(get(server.port(), "/", "If-None-Match: " + page.fields.at("etag") + "\r\n").status, 304);
-}
-
 TEST(Http, ATokenIsAskedForWhereThereIsOne) {
   const auto token_file = scratchFolder() / "server-token";
   std::ofstream(token_file) << "0123456789abcdef\n";
