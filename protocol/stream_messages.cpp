@@ -157,6 +157,7 @@ std::vector<std::byte> frameHead(const FrameHeader& header) {
     members["wanted_blocks"] = header.pages->wanted_blocks;
     members["absent_blocks"] = header.pages->absent_blocks;
     members["pages_read"] = header.pages->pages_read;
+    if (!header.pages->failure.empty()) members["page_failure"] = header.pages->failure;
   }
   const std::string text = writeJson(members);
   std::vector<std::byte> head(4 + text.size());
@@ -177,7 +178,8 @@ std::optional<FramePages> readPages(const json& header) {
   if (!header.contains("pages_read")) return std::nullopt;
   return FramePages{.wanted_blocks = header.at("wanted_blocks").get<std::uint64_t>(),
                     .absent_blocks = header.at("absent_blocks").get<std::uint64_t>(),
-                    .pages_read = header.at("pages_read").get<std::uint64_t>()};
+                    .pages_read = header.at("pages_read").get<std::uint64_t>(),
+                    .failure = header.value("page_failure", std::string())};
 }
 
 }  // namespace

@@ -69,6 +69,7 @@ struct FramePages {
   std::uint64_t wanted_blocks = 0;
   std::uint64_t absent_blocks = 0;
   std::uint64_t pages_read = 0;
+  std::string failure = {};  // why some could not be read; empty: all could
   bool operator==(const FramePages&) const = default;
 };
 

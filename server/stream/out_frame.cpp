@@ -14,7 +14,8 @@ OutFrame outFrame(const PaceStep& step, ImageFormat format, MadeFrame made, std:
   if (made.stats.paged) {
     pages = FramePages{.wanted_blocks = made.stats.wanted_blocks,
                        .absent_blocks = made.stats.absent_blocks,
-                       .pages_read = made.stats.pages_read};
+                       .pages_read = made.stats.pages_read,
+                       .failure = made.stats.page_failure};
   }
   const FrameHeader header{.id = step.id,
                            .seq = seq,

@@ -158,7 +158,7 @@ TEST(Frames, AreReadBack) {
 TEST(Frames, SayWhatCameAndWent) {
   FrameHeader header = sampleHeader();
   header.complete = false;
-  header.pages = FramePages{.wanted_blocks = 70, .absent_blocks = 3, .pages_read = 12};
+  header.pages = FramePages{.wanted_blocks = 70, .absent_blocks = 3, .pages_read = 12, .failure = "a.bwv: is cut"};
   EXPECT_EQ(parseFrameMessage(frameMessage(header, {})).header, header);
 }
 
