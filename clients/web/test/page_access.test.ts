@@ -126,7 +126,8 @@ test("the theme that is chosen overrides the system's, also when the page is ope
   const dark = await frame();
   await page.emulateMedia({ colorScheme: "light" });
   assert.equal(await isLight(), true, "as the system");
-  assert.equal(await frame(), "rgb(255, 255, 255)");
+  // The page hears of the system's change with its next picture.
+  await page.waitForFunction(() => document.querySelector("meta[name=theme-color]")?.getAttribute("content") === "rgb(255, 255, 255)");
   await page.keyboard.press("h");
   await page.selectOption("#theme", "dark");
   assert.equal(await isLight(), false);
