@@ -25,6 +25,7 @@ import { Readout } from "./readout";
 import { SaveDialog } from "./save_dialog";
 import { SceneOverlay } from "./scene_overlay";
 import { Shell } from "./shell";
+import { ThemeChoice } from "./theme_choice";
 import { TimeBar } from "./time_bar";
 import { Toasts } from "./toasts";
 import { formatFragment, parseFragment } from "./url_state";
@@ -95,6 +96,7 @@ class Page {
   private addressTimer: number | undefined;
 
   constructor() {
+    new ThemeChoice();
     this.viewer = new Viewer(this.canvas, {
       opened: (volume, view) => {
         this.channelRows.setVolume(volume, view);

@@ -23,7 +23,7 @@ export function noticeFor(catalog: CatalogState, chosen: string | null, stream: 
     return {
       kind: "empty",
       title: "No volumes yet",
-      detail: "Make one with “blockwalk demo fossil -o fossil.bwv” and start “blockwalkd fossil.bwv”.",
+      detail: "Bring your own with “blockwalk import scan.nrrd -o scan.bwv”, or make one with “blockwalk demo fossil -o scan.bwv”, and start “blockwalkd scan.bwv”.",
     };
   }
   const volume = catalog.volumes.find((candidate) => candidate.id === chosen);

@@ -4,20 +4,21 @@
 
 import { byId } from "./dom";
 import { fetchPick, type Pick } from "./pick";
-import { apart, placeOn } from "./pointers";
+import { apart, placeOn, type Point } from "./pointers";
 import { formatIn, formatValue } from "./units";
 import type { VolumeInfo } from "./volume_info";
 
 const kRestMs = 120;
 const kLongPressMs = 500;
-const kStillPixels = 3; // as far a pointer that rests may go
+const kStillPixels = 3; // as far a pointer that rests may go; a finger is never quite still
 const kTimeoutMs = 5000;
 
 export class Probe {
   private readonly text = byId("probe", HTMLElement);
   private timer: number | undefined;
   private question: AbortController | null = null;
-  private at: { readonly x: number; readonly y: number } | null = null;
+  private at: Point | null = null;
+  private pressed: Point | null = null; // by a finger
 
   // `address`: of the question for a pixel; null where nothing can be asked.
   constructor(
@@ -26,13 +27,17 @@ export class Probe {
     private readonly volume: () => VolumeInfo | null,
   ) {
     canvas.addEventListener("pointermove", (event) => {
-      const isAway = this.at !== null && apart(placeOn(canvas, event), this.at) > kStillPixels;
-      if (event.buttons !== 0 || isAway) this.clear();
-      if (event.buttons === 0) this.rest(canvas, event, kRestMs);
+      const isPressed = event.buttons !== 0;
+      const from = isPressed ? this.pressed : this.at;
+      const isAway = from === null ? isPressed : apart(placeOn(canvas, event), from) > kStillPixels;
+      if (isAway) this.clear();
+      if (!isPressed) this.rest(canvas, event, kRestMs);
     });
     canvas.addEventListener("pointerdown", (event) => {
       this.clear();
-      if (event.pointerType === "touch") this.rest(canvas, event, kLongPressMs);
+      if (event.pointerType !== "touch") return;
+      this.pressed = placeOn(canvas, event);
+      this.rest(canvas, event, kLongPressMs);
     });
     canvas.addEventListener("pointerup", () => window.clearTimeout(this.timer));
     canvas.addEventListener("pointerleave", () => this.clear());
@@ -53,6 +58,7 @@ export class Probe {
   clear(): void {
     window.clearTimeout(this.timer);
     this.at = null;
+    this.pressed = null;
     this.stale();
   }
 

@@ -22,7 +22,7 @@ export interface OpenedPage {
 }
 
 export async function openPage(browser: Browser, url: string, viewport = kDesktop, hasTouch = false): Promise<OpenedPage> {
-  const context = await browser.newContext({ viewport, hasTouch });
+  const context = await browser.newContext({ viewport, hasTouch, colorScheme: "dark" });
   const page = await context.newPage();
   page.setDefaultTimeout(kPatienceMs);
   const faults: string[] = [];

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The page in each of its states, looked at by axe-core: it finds nothing. Then with a person's own colours, and with less
-// motion.
+// The page in each of its states, in both themes, looked at by axe-core: it finds nothing. Then with a theme that was chosen,
+// with a person's own colours, and with less motion.
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
@@ -110,9 +110,57 @@ const states: Readonly<Record<string, readonly [options: Parameters<typeof run>[
 for (const [state, [options, act]] of Object.entries(states)) {
   test(`axe-core finds nothing: ${state}`, () => run(options, async (running) => {
     await act(running);
-    await check(running.page, state);
+    for (const colorScheme of ["dark", "light"] as const) {
+      await running.page.emulateMedia({ colorScheme });
+      await check(running.page, `${state}, ${colorScheme}`);
+      await screenshot(running.page, `${colorScheme}-${state.replaceAll(/\W+/g, "-")}`);
+    }
   }));
 }
+
+test("the theme that is chosen overrides the system's, also when the page is opened again", () => run({}, async ({ page }) => {
+  const isLight = (): Promise<boolean> => page.evaluate(() => getComputedStyle(document.querySelector("#panel") as Element).backgroundColor === "rgb(255, 255, 255)");
+  const frame = (): Promise<string | null> => page.getAttribute("meta[name=theme-color]", "content");
+  await waitForFinal(page);
+  assert.equal(await isLight(), false);
+  const dark = await frame();
+  await page.emulateMedia({ colorScheme: "light" });
+  assert.equal(await isLight(), true, "as the system");
+  // The page hears of the system's change with its next picture.
+  await page.waitForFunction(() => document.querySelector("meta[name=theme-color]")?.getAttribute("content") === "rgb(255, 255, 255)");
+  await page.keyboard.press("h");
+  await page.selectOption("#theme", "dark");
+  assert.equal(await isLight(), false);
+  assert.equal(await frame(), dark);
+  await page.reload();
+  await waitForFinal(page);
+  assert.equal(await isLight(), false, "it is kept");
+  await page.keyboard.press("h");
+  assert.equal(await page.inputValue("#theme"), "dark");
+  await page.selectOption("#theme", "light");
+  await page.emulateMedia({ colorScheme: "dark" });
+  assert.equal(await isLight(), true);
+  await page.selectOption("#theme", "system");
+  assert.equal(await isLight(), false);
+  await page.reload();
+  await waitForFinal(page);
+  await page.emulateMedia({ colorScheme: "light" });
+  assert.equal(await isLight(), true, "the system's again");
+}));
+
+test("what floats over the picture is the same in both themes", () => run({ volumes: kFilm }, async ({ page }) => {
+  await waitForFinal(page);
+  await page.waitForTimeout(300); // the badge's colour glides
+  const colours = (): Promise<readonly string[]> => page.evaluate(() =>
+    ["#tools", "#readout", "#badge", "#time-bar", "#time-label", "#time-rate", "#scale-bar", "#probe"].map((selector) => {
+      const { color, backgroundColor } = getComputedStyle(document.querySelector(selector) as Element);
+      return `${selector} ${color} ${backgroundColor}`;
+    }));
+  const dark = await colours();
+  await page.emulateMedia({ colorScheme: "light" });
+  await page.waitForTimeout(300);
+  assert.deepEqual(await colours(), dark);
+}));
 
 test("with a person's own colours what is chosen still shows, and so do points and bars", () => run({ volumes: kOrgans }, async ({ page }) => {
   await page.emulateMedia({ forcedColors: "active" });

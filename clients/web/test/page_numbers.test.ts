@@ -74,3 +74,24 @@ test("what lies under the pointer is said once it rests", () => run({ hash: "#vo
   assert.equal(await page.isVisible("#probe"), false, "nothing is there now");
   assert.equal(mock.picks.length, 2);
 }));
+
+test("a finger that rests asks what is under it, though it trembles, and one that goes does not", () => run({ phone: true }, async ({ page, mock }) => {
+  await waitForFinal(page);
+  mock.hit = [50.25, 60, 70.5];
+  const touch = await page.context().newCDPSession(page);
+  const send = (type: "touchStart" | "touchMove" | "touchEnd", points: readonly (readonly [number, number])[]) =>
+    touch.send("Input.dispatchTouchEvent", { type, touchPoints: points.map(([x, y], id) => ({ x, y, id })) });
+  const picksBefore = mock.picks.length;
+  await send("touchStart", [[150, 300]]);
+  await send("touchMove", [[151, 301]]);
+  await page.waitForSelector("#probe:not([hidden])");
+  await send("touchEnd", []);
+  await page.waitForTimeout(400);
+  const picks = mock.picks.length;
+  assert.ok(picks > picksBefore);
+  await send("touchStart", [[150, 300]]);
+  await send("touchMove", [[180, 320]]);
+  await page.waitForTimeout(700);
+  await send("touchEnd", []);
+  assert.equal(mock.picks.length, picks);
+}));

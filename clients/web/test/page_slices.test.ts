@@ -261,3 +261,13 @@ test("on a phone one slice at a time, by a finger", () => run({ hash: "#volume=v
   await page.click("#layouts label:has([value='3d'])");
   await page.waitForSelector(".slice:visible", { state: "detached" });
 }));
+
+test("Tab comes to the bar before the picture below it", () => run({ hash: "#volume=vessels&slices=all" }, async ({ page }) => {
+  await waitForFinal(page);
+  await page.waitForSelector("#view-bar:not([hidden])");
+  const focused = (): Promise<string> => page.evaluate(() => (document.activeElement?.closest("#view-bar, #stage") ?? document.body).id);
+  await page.keyboard.press("Tab");
+  assert.equal(await focused(), "view-bar");
+  for (let i = 0; i < 4 && (await focused()) === "view-bar"; i++) await page.keyboard.press("Tab");
+  assert.equal(await focused(), "stage");
+}));
