@@ -4,9 +4,8 @@
 import { animationBody, bookmarkedViews, kMostKeys, ZipCount, type AnimationOrder, type Way } from "./animation";
 import type { Bookmark } from "./bookmarks";
 import { byId } from "./dom";
-import { Fields, FormatError, parseJson } from "./json_fields";
 import { safeName, saveBlob } from "./local_files";
-import { parseProblem, type Problem } from "./protocol";
+import { problemIn } from "./protocol";
 import type { Shown } from "./save_dialog";
 import type { Toasts } from "./toasts";
 import type { Vec3 } from "./vector";
@@ -95,7 +94,7 @@ export class AnimatePanel {
     const body = JSON.stringify(animationBody(order, view, isColoured));
     const response = await fetch(this.source.address(volume), { method: "POST", headers: { "content-type": "application/json" }, body, signal });
     if (!response.ok || response.body === null) {
-      this.toasts.show(problemOf(await response.text()));
+      this.toasts.show(problemIn(await response.text(), "The animation is refused"));
       return null;
     }
     const count = new ZipCount();
@@ -114,14 +113,5 @@ export class AnimatePanel {
   private fail(error: unknown): void {
     if (!(error instanceof TypeError)) throw error;
     this.toasts.show({ title: "The animation broke off", detail: "The server ended it, or the connection is lost. Nothing was saved.", field: null });
-  }
-}
-
-function problemOf(text: string): Problem {
-  try {
-    return parseProblem(new Fields(parseJson(text, "problem"), "problem"));
-  } catch (error) {
-    if (!(error instanceof FormatError)) throw error;
-    return { title: "The animation is refused", detail: text.slice(0, 200), field: null };
   }
 }

@@ -297,7 +297,7 @@ class Page {
     if (view === null || this.opened === null) return;
     const isColoured = this.viewer.isColoured;
     history.replaceState(null, "", formatFragment(this.opened, view, isColoured));
-    this.save.show({ volume: this.opened, view, isColoured });
+    this.save.show({ volume: this.opened, view, isColoured, lengthUnit: this.viewer.info?.lengthUnit ?? null });
   }
 }
 

@@ -116,6 +116,16 @@ export function parseProblem(fields: Fields): Problem {
   };
 }
 
+// Of the body of a refusal; what is none, a proxy's say, is its own detail.
+export function problemIn(body: string, title: string): Problem {
+  try {
+    return parseProblem(new Fields(parseJson(body, "problem"), "problem"));
+  } catch (error) {
+    if (!(error instanceof FormatError)) throw error;
+    return { title, detail: body.slice(0, 200), field: null };
+  }
+}
+
 export function parseFrame(message: ArrayBuffer): Frame {
   if (message.byteLength < 4) throw new FormatError("frame", "a header length of 4 bytes");
   const headerBytes = new DataView(message).getUint32(0, true);

@@ -2,7 +2,10 @@
 // Saves the picture in the size and quality that are asked for, and says how a program gets the same one.
 
 import { byId } from "./dom";
+import { safeName, saveBlob } from "./local_files";
 import { withMember } from "./members";
+import { problemIn } from "./protocol";
+import { withScaleBar } from "./scale_bar";
 import type { Toasts } from "./toasts";
 import { formatFragment, imageQuery } from "./url_state";
 import { kNoPagePart, type Size, type ViewState } from "./view_state";
@@ -14,6 +17,7 @@ export interface Shown {
   readonly volume: string; // id
   readonly view: ViewState;
   readonly isColoured: boolean;
+  readonly lengthUnit: string | null;
 }
 
 export class SaveDialog {
@@ -21,6 +25,7 @@ export class SaveDialog {
   private readonly form = byId("save-form", HTMLFormElement);
   private readonly samples = byId("save-samples", HTMLSelectElement);
   private readonly transparent = byId("save-transparent", HTMLInputElement);
+  private readonly bar = byId("save-bar", HTMLInputElement);
   private readonly link = byId("save-link", HTMLAnchorElement);
   private readonly sizeText = byId("save-size", HTMLOutputElement);
   private shown: Shown | null = null;
@@ -32,7 +37,11 @@ export class SaveDialog {
       if (event.target === this.dialog) this.dialog.close(); // the backdrop
     });
     this.form.addEventListener("change", () => this.update());
-    this.link.addEventListener("click", () => this.dialog.close());
+    this.link.addEventListener("click", (event) => {
+      if (!this.bar.checked || this.shown === null) return this.dialog.close();
+      event.preventDefault(); // the server's picture has none
+      void this.saveWithBar(this.shown);
+    });
     for (const button of this.dialog.querySelectorAll<HTMLButtonElement>("button[data-copy]")) {
       button.addEventListener("click", () => void this.copy(button, button.dataset["copy"] ?? ""));
     }
@@ -60,6 +69,21 @@ export class SaveDialog {
     this.sizeText.textContent = `${view.size[0]} × ${view.size[1]} pixels`;
     this.link.href = this.address(this.shown, view);
     this.link.download = `${volume}.png`;
+  }
+
+  private async saveWithBar(shown: Shown): Promise<void> {
+    const view = this.wanted(shown.view);
+    this.link.setAttribute("aria-disabled", "true");
+    try {
+      const response = await fetch(this.address(shown, view));
+      if (!response.ok) return this.toasts.show(problemIn(await response.text(), "The picture is refused"));
+      saveBlob(`${safeName(shown.volume)}.png`, await withScaleBar(await response.blob(), view, shown.lengthUnit));
+      this.dialog.close();
+    } catch (error) {
+      this.toasts.show({ title: "The picture could not be saved", detail: error instanceof Error ? error.message : String(error), field: null });
+    } finally {
+      this.link.removeAttribute("aria-disabled");
+    }
   }
 
   private wanted(view: ViewState): ViewState {

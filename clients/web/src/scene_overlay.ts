@@ -2,14 +2,14 @@
 // What is drawn over the picture and belongs to it: the volume's box with ticks, the cut box, and the scale bar. It is
 // drawn for the view that a frame shows, so that it turns with the picture and not before it.
 
-import { worldPerPixel, type Viewport } from "./camera";
+import type { Viewport } from "./camera";
 import { byId } from "./dom";
 import { formatLength, projectionOf, roundLength, type Projection } from "./projection";
+import { isLightColour, kBarPixels, scaleBarOf } from "./scale_bar";
 import { add, scale, subtract, type Vec3 } from "./vector";
 import type { Box, ViewState } from "./view_state";
 import type { VolumeInfo } from "./volume_info";
 
-const kBarPixels = 140;
 const kTickPixels = 5;
 const kMostTicks = 12;
 const kLeastEdgePixels = 50; // that has ticks
@@ -64,19 +64,14 @@ export class SceneOverlay {
     if (view.clip !== null || this.wantsFaces.checked) drawBox(context, project, view.clip ?? volume.worldBox, view.camera.eye);
   }
 
-  // At the target's depth, which is where things are turned about.
   private showBar(view: ViewState, viewport: Viewport, volume: VolumeInfo): void {
-    const unit = worldPerPixel(view.camera, viewport);
-    const length = roundLength(kBarPixels * unit);
-    this.barLine.style.width = `${(length / unit).toFixed(1)}px`;
-    this.barText.textContent = formatLength(length, volume.lengthUnit);
+    const bar = scaleBarOf(view, viewport, volume.lengthUnit, kBarPixels);
+    this.barLine.style.width = `${bar.pixels.toFixed(1)}px`;
+    this.barText.textContent = bar.text;
     this.bar.classList.toggle("on-light", isLightColour(view.background));
     this.bar.title = view.ortho === null ? "At the depth of what the picture turns about; nearer things look larger" : "";
   }
 }
-
-// Green is most of what is seen as light.
-const isLightColour = (rrggbb: string): boolean => parseInt(rrggbb.slice(2, 4), 16) > 140;
 
 const cornerOf = ({ min, max }: Box, bits: number): Vec3 => [bits & 1 ? max[0] : min[0], bits & 2 ? max[1] : min[1], bits & 4 ? max[2] : min[2]];
 

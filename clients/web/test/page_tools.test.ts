@@ -2,6 +2,7 @@
 // The page against the mock server: volumes to choose from, cube, scale, badge, saving.
 
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import { changeAndSettle, chooseVolume, dragThumb, readAddress, waitForFinal } from "./browser";
 import { kVolumes, run, screenshot } from "./page_run";
@@ -87,6 +88,37 @@ test("a picture is saved in the size asked for, and taken elsewhere as text", ()
   assert.equal(await copied("link"), page.url());
   await page.check("input[name=size][value='4k']");
   assert.equal(new URL(await link()).searchParams.get("size"), "3840x3042");
+}));
+
+test("a scale bar stands in the picture that is saved, of a round length", () => run({ hash: "#volume=vessels" }, async ({ page }) => {
+  await waitForFinal(page);
+  const address = await readAddress(page);
+  await page.click("#save-button");
+  await page.check("#save-bar");
+  const saved = page.waitForEvent("download");
+  await page.click("#save-link");
+  const download = await saved;
+  assert.equal(download.suggestedFilename(), "vessels.png");
+  const picture = readFileSync(await download.path()).toString("base64");
+  const [width, height, white] = await page.evaluate(async (base64) => {
+    const bitmap = await createImageBitmap(new Blob([Uint8Array.from(atob(base64), (letter) => letter.charCodeAt(0))]));
+    const context = new OffscreenCanvas(bitmap.width, bitmap.height).getContext("2d");
+    if (context === null) throw new Error("no canvas");
+    context.drawImage(bitmap, 0, 0);
+    const row = Math.round(bitmap.height - 0.033 * Math.min(bitmap.width, bitmap.height));
+    const { data } = context.getImageData(0, row, bitmap.width, 1);
+    let count = 0;
+    for (let i = 0; i < data.length; i += 4) count += data.slice(i, i + 4).every((value) => value > 250) ? 1 : 0;
+    return [bitmap.width, bitmap.height, count] as const;
+  }, picture);
+  assert.deepEqual([width, height], [1136, 900]);
+  assert.ok(white > 0.05 * width && white <= 0.2 * width, `${white}`);
+  const [eye, target] = ["eye", "target"].map((name) => (address.get(name) ?? "").split(",").map(Number));
+  const distance = Math.hypot(...(eye ?? []).map((value, axis) => value - (target?.[axis] ?? 0)));
+  const length = (white * 2 * distance * Math.tan((20 * Math.PI) / 180)) / height;
+  const mantissa = length / 10 ** Math.floor(Math.log10(length) + 0.01);
+  assert.ok([1, 2, 5].some((round) => Math.abs(mantissa / round - 1) < 2 / white), `${length}`);
+  assert.equal(await page.locator("#save").isVisible(), false, "it closes once it is saved");
 }));
 
 test("the badge says what a person sees, and tells once it has settled", () => run({}, async ({ page }) => {
