@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is promised of volumes larger than memory (docs/large.md), each promise with its bar, and what is measured of it.
 
-    bench/bars.py BLOCKWALKD VOLUME.bwv [--same-content FILE.bwv...] [--only exact warm cold fits flat sessions faults] [--json FILE]
+    bench/bars.py BLOCKWALKD VOLUME.bwv [--same-content FILE.bwv...] [--only exact warm ahead cold fits flat sessions faults] [--json FILE]
 
 VOLUME is flown through as by bench/large.py, of its finest level, linear, in windows of 480x360. Shares are of what its voxels
 take on the device.
@@ -12,6 +12,8 @@ exact      40 views with each of four finders, walk, cull and filter: complete p
 warm       a turn near by, gone round before: milliseconds of the device a moving frame with a tenth, by those with everything
 cold       jumps to where nothing is there: seconds to the first frame, by those of the same frame once it is complete;
            seconds to the complete one and pages read, by those of a daemon that has room for all of it
+ahead      the same turn for the first time with a half and a tenth: of the pages that were brought in ahead, those that a frame
+           has shown since
 fits       with all that a level takes: a moving frame and the first picture, with paging by without
 flat       --same-content, files of the same thing at several sizes, with one budget: a frame of a voxel a pixel, and the time
            from the start to the first picture, from each to the next
@@ -147,6 +149,17 @@ def warm(options, bars, voxels):
     finally:
         for place in places.values():
             place.daemon.end()
+
+
+def ahead(options, bars, voxels):
+    for part in (0.5, 0.1):
+        with Place(options, options.file, share(voxels, part)) as place:
+            flight = place.flight()
+            frames = flight.move(place.cameras["turn near"])
+            hits = statistics.mean(1 - h["absent_blocks"] / max(1, h["wanted_blocks"]) for _, h in frames)
+            count = {name: place.daemon.metric(f"pages_{name}_total") for name in ("ahead", "foreseen")}
+            read = count["foreseen"] / max(1, count["ahead"])
+            bars.add(f"ahead: a turn near by for the first time, {part} of the voxels", "told", f"{count['foreseen']:.0f} of {count['ahead']:.0f} pages = {read:.2f}, blocks there {hits:.3f}", True)
 
 
 def cold(options, bars, voxels):
@@ -311,7 +324,7 @@ def faults(options, bars, voxels):
 
 
 def main():
-    checks = {"exact": exact, "warm": warm, "cold": cold, "fits": fits, "flat": flat, "sessions": sessions, "faults": faults}
+    checks = {"exact": exact, "warm": warm, "ahead": ahead, "cold": cold, "fits": fits, "flat": flat, "sessions": sessions, "faults": faults}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("daemon")
     parser.add_argument("file")
