@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 # Builds the page: cmake -DNPM=npm -DSOURCE=clients/web -DWORK=folder -DOUTPUT=folder -P build_web.cmake
 # Sources are copied to WORK, so the source tree stays clean; packages are fetched only when the lock file changed.
-# WORK gets test/*.test.mjs and browser_test.mjs besides; OUTPUT gets the page and nothing else.
+# WORK gets test/*.test.mjs, browser_test.mjs and rows_test.mjs besides; OUTPUT gets the page and nothing else.
 foreach(name NPM SOURCE WORK OUTPUT)
   if(NOT ${name})
     message(FATAL_ERROR "build_web.cmake: -D${name}=... is missing")
@@ -47,9 +47,9 @@ file(WRITE ${WORK}/page/index.html "${html}")
 
 file(GLOB tests ${WORK}/source/test/*.test.ts)
 set(for_node --bundle --format=esm --platform=node --target=node18 --packages=external --sourcemap=inline
-  --log-level=warning --out-extension:.js=.mjs "--define:PAGE_FOLDER=\"${OUTPUT}\"")
+  --log-level=warning --out-extension:.js=.mjs "--define:PAGE_FOLDER=\"${OUTPUT}\"" "--define:SOURCE_FOLDER=\"${SOURCE}\"")
 execute("bundling of tests" ${tools}/esbuild ${tests} ${for_node} --outdir=${WORK}/test)
-execute("bundling of the browser test" ${tools}/esbuild test/browser_test.ts ${for_node} --outdir=${WORK})
+execute("bundling of tests with a server" ${tools}/esbuild test/browser_test.ts test/rows_test.ts ${for_node} --outdir=${WORK})
 
 file(MAKE_DIRECTORY ${OUTPUT})
 foreach(name app.js style.css icon.svg index.html)

@@ -156,7 +156,9 @@ if(BLOCKWALK_WEB)
       set_tests_properties(web.${name} PROPERTIES COST 600 RESOURCE_LOCK browser)
     endif()
   endforeach()
-  add_test(NAME web.browser COMMAND ${CMAKE_COMMAND} -E env BLOCKWALK_BIN=$<TARGET_FILE_DIR:blockwalkd>
-    ${NODE} --test ${CMAKE_CURRENT_BINARY_DIR}/web/browser_test.mjs)
-  set_tests_properties(web.browser PROPERTIES TIMEOUT 600 COST 600 LABELS web RESOURCE_LOCK browser)
+  foreach(name browser rows)
+    add_test(NAME web.${name} COMMAND ${CMAKE_COMMAND} -E env BLOCKWALK_BIN=$<TARGET_FILE_DIR:blockwalkd>
+      ${NODE} --test ${CMAKE_CURRENT_BINARY_DIR}/web/${name}_test.mjs)
+    set_tests_properties(web.${name} PROPERTIES TIMEOUT 600 COST 600 LABELS web RESOURCE_LOCK browser)
+  endforeach()
 endif()

@@ -53,6 +53,12 @@ export function orbit(camera: Camera, yaw: number, pitch: number, axis: Vec3): C
   };
 }
 
+// But for digits that an address leaves out.
+export function isClose(a: Camera, b: Camera): boolean {
+  const least = 1e-6 * basisOf(a).distance;
+  return length(subtract(a.eye, b.eye)) < least && length(subtract(a.target, b.target)) < least && length(subtract(a.up, b.up)) < 1e-6;
+}
+
 // World length of one pixel in the plane through the target.
 export function worldPerPixel(camera: Camera, viewport: Viewport): number {
   return (viewport.ortho ?? heightAt(basisOf(camera).distance, viewport.fovDegrees)) / viewport.height;

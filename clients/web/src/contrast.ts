@@ -16,6 +16,7 @@ export interface Contrast {
   readonly opacity: number; // of the densest point
 }
 
+const kFineParts = 8;
 const kDark = 0.35; // of a colour, where it begins
 export const kAutoShares: Range = [0.0035, 0.998]; // of the voxels, from black to white
 
@@ -31,12 +32,25 @@ export function contrastOf(channel: ChannelInfo, transfer: string): Contrast | n
   if (isPreset(transfer)) return { base: points, name: transfer, window, gamma: 1, opacity };
   const known = knownBase(points, own);
   if (known === null) return { base: points, name: "own", window, gamma: 1, opacity };
-  return { ...known, window, gamma: gammaOf(points, known.base), opacity };
+  return { ...known, window, gamma: gammaOf(points, points.length === known.base.length ? known.base : fineBase(known.base)), opacity };
+}
+
+// Where a base has its two ends alone, gamma needs points between them.
+export function fineBase(base: readonly TransferPoint[]): readonly TransferPoint[] {
+  const [first, last] = base;
+  if (!first || !last || base.length !== 2) return base;
+  return Array.from({ length: kFineParts + 1 }, (_, i) => {
+    const between = (from: number, to: number): number => from + (i / kFineParts) * (to - from);
+    const byte = (at: number): number => Math.round(between(parseInt(first.colour.slice(at, at + 2), 16), parseInt(last.colour.slice(at, at + 2), 16)));
+    const colour = [0, 2, 4].map((at) => byte(at).toString(16).padStart(2, "0")).join("");
+    return { value: between(first.value, last.value), colour, opacity: between(first.opacity, last.opacity) };
+  });
 }
 
 // The text of the transfer function: the preset's name where nothing differs from it.
 export function transferOf(contrast: Contrast, channel: ChannelInfo): string {
-  const { base, name, window: [black, white], gamma, opacity } = contrast;
+  const { name, window: [black, white], gamma, opacity } = contrast;
+  const base = gamma === 1 ? contrast.base : fineBase(contrast.base);
   const [first, last] = [base[0], base.at(-1)];
   if (!first || !last) return "auto";
   const strength = last.opacity > 0 ? opacity / last.opacity : 1;
@@ -99,7 +113,7 @@ function knownBase(points: readonly TransferPoint[], own: readonly TransferPoint
     base !== null && base.length === points.length && base.every(({ colour }, i) => colour === points[i]?.colour);
   for (const name of ["auto", ...Object.keys(kMaps)]) {
     const base = isPreset(name) ? presetPoints(name, own) : null;
-    if (hasColoursOf(base) && isPreset(name)) return { base, name };
+    if (base !== null && isPreset(name) && (hasColoursOf(base) || hasColoursOf(fineBase(base)))) return { base, name };
   }
   const coloured = colouredBase(own, points.at(-1)?.colour ?? "");
   return hasColoursOf(coloured) ? { base: coloured, name: "colour" } : null;

@@ -2,7 +2,7 @@
 // The contrast of one channel: black and white point over its histogram and as numbers, brightness, opacity, and the
 // colours under the histogram.
 
-import { autoWindow, contrastOf, transferOf, withColour, type Contrast } from "./contrast";
+import { autoWindow, contrastOf, fineBase, transferOf, withColour, type Contrast } from "./contrast";
 import { part } from "./dom";
 import { positionOf, type ValueScale } from "./histogram_shape";
 import { bindThumb, factorAt, percent, positionOfFactor } from "./thumb";
@@ -74,7 +74,7 @@ export class ContrastControl {
       if (document.activeElement !== this.inputs[end]) this.inputs[end].value = formatIn(window[end], span);
     }
     this.auto.disabled = isHeld;
-    this.gammaLine.hidden = name === "own" || base.length < 3;
+    this.gammaLine.hidden = name === "own";
     this.gamma.value = String(positionOfFactor(kGammas, gamma));
     this.gammaValue.textContent = formatValue(gamma);
     this.opacity.value = String(positionOfFactor(kOpacities, Math.max(kOpacities[0], opacity)));
@@ -122,7 +122,8 @@ export class ContrastControl {
   }
 }
 
-function shown({ base, window: [black, white], gamma }: Contrast): Contrast["base"] {
+function shown({ base: own, window: [black, white], gamma }: Contrast): Contrast["base"] {
+  const base = fineBase(own);
   const [lo, hi] = [base[0]?.value ?? 0, base.at(-1)?.value ?? 1];
   return base.map((point) => ({ ...point, value: black + (white - black) * ((point.value - lo) / (hi - lo)) ** (1 / gamma) }));
 }

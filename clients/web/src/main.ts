@@ -18,6 +18,7 @@ import { noticeFor, type StreamState } from "./notice";
 import { Overlay } from "./overlay";
 import { Panels } from "./panels";
 import { EmptyNotice } from "./empty_notice";
+import { FileDrop } from "./file_drop";
 import { fetchPick, pickQuery, type Pick } from "./pick";
 import { Probe } from "./probe";
 import type { Problem } from "./protocol";
@@ -133,6 +134,7 @@ class Page {
       pointed: (x, y) => void this.centre(x, y),
     });
     bindPointer(this.canvas, this.viewer);
+    new FileDrop(this.toasts);
     this.bindKeys();
     byId("reset-button", HTMLButtonElement).addEventListener("click", () => this.viewer.reset());
     this.undoButton.addEventListener("click", () => this.viewer.step("back"));

@@ -125,10 +125,17 @@ function drawTicks(context: CanvasRenderingContext2D, project: Projection, volum
       context.textBaseline = dy < -0.3 ? "bottom" : dy > 0.3 ? "top" : "middle";
       context.shadowColor = isLight ? "#fff" : "#000";
       context.shadowBlur = 3;
-      context.fillText(`${"xyz"[axis]} ${formatLength(tick * step, volume.lengthUnit)}`, at[0] + dx * 3 * kTickPixels, at[1] + dy * 3 * kTickPixels);
+      fillWithin(context, `${"xyz"[axis]} ${formatLength(tick * step, volume.lengthUnit)}`, at[0] + dx * 3 * kTickPixels, at[1] + dy * 3 * kTickPixels);
       context.shadowBlur = 0;
     }
   }
+}
+
+// A text that would stand beyond a side of the picture is moved into it.
+function fillWithin(context: CanvasRenderingContext2D, text: string, x: number, y: number): void {
+  const { actualBoundingBoxLeft: left, actualBoundingBoxRight: right } = context.measureText(text);
+  const width = context.canvas.clientWidth - kTickPixels;
+  context.fillText(text, Math.max(kTickPixels + left, Math.min(width - right, x)), y);
 }
 
 // Of the four edges along an axis the one whose middle is farthest from the picture's.

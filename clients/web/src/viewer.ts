@@ -5,7 +5,7 @@
 // the server does not know. A frame: stream -> canvas -> acknowledgement -> onFrame.
 
 import { AcceptedViews } from "./accepted_views";
-import { atDistance, basisOf, distanceFor, heightAt, lookAlong, orbit, pan, refit, refitted, seesBox, zoomAt, type Viewport } from "./camera";
+import { atDistance, basisOf, distanceFor, heightAt, isClose, lookAlong, orbit, pan, refit, refitted, seesBox, zoomAt, type Viewport } from "./camera";
 import { FrameCanvas, type FrameOutcome } from "./frame_canvas";
 import type { Moves } from "./gestures";
 import { ViewHistory } from "./history";
@@ -104,7 +104,7 @@ export class Viewer implements Moves {
   step(way: "back" | "forth"): void {
     const view = this.view === null ? null : this.history.step(way);
     // The window keeps its size, and where one stands in time is no step.
-    if (view !== null && this.view !== null) this.setView({ ...inSize(view, this.view.size), others: withMember(view.others, "time", this.view.others.time) });
+    if (view !== null && this.view !== null) this.setView({ ...inSize(view, this.view.size, this.volume), others: withMember(view.others, "time", this.view.others.time) });
   }
 
   // What an address without a volume asks of the one that is open: the rest stays.
@@ -120,7 +120,7 @@ export class Viewer implements Moves {
 
   // A view that a volume is to come back with, in the window as it is now.
   keptView(view: ViewState): ViewOverrides {
-    const { size: _, ...rest } = inSize(view, this.size());
+    const { size: _, ...rest } = inSize(view, this.size(), null);
     return rest;
   }
 
@@ -251,7 +251,7 @@ export class Viewer implements Moves {
 
   private resized(): void {
     if (this.view === null) return;
-    this.setView(inSize(this.view, this.size()), true);
+    this.setView(inSize(this.view, this.size(), this.volume), true);
   }
 
   private size(): readonly [number, number] {
@@ -275,7 +275,9 @@ export class Viewer implements Moves {
   }
 }
 
-function inSize(view: ViewState, size: Size): ViewState {
+// What the volume itself frames is framed anew; any other camera comes along.
+function inSize(view: ViewState, size: Size, volume: VolumeInfo | null): ViewState {
+  if (volume !== null && view.ortho === null && isClose(view.camera, ownCamera(volume, view.size))) return { ...view, size, camera: ownCamera(volume, size) };
   const ortho = view.ortho === null ? null : view.ortho * refit(view.size, size);
   return { ...view, size, ortho, camera: view.ortho === null ? refitted(view.camera, view.size, size) : view.camera };
 }

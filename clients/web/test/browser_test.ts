@@ -2,9 +2,7 @@
 // The page in a browser against the real daemon with a real volume. BLOCKWALK_BIN is the folder of the two programs.
 
 import assert from "node:assert/strict";
-import { execFileSync, spawn, type ChildProcess } from "node:child_process";
 import { mkdirSync, mkdtempSync, readFileSync, rmSync, writeFileSync } from "node:fs";
-import { createServer } from "node:net";
 import { tmpdir } from "node:os";
 import { join, parse } from "node:path";
 import { after, before, test } from "node:test";
@@ -15,60 +13,17 @@ import { parseVolumeInfo } from "../src/volume_info";
 import {
   changeAndSettle, difference, drag, dragThumb, launchBrowser, openPage, partOf, readAddress, readImage, readPicture, shareOtherThan, waitForFinal,
 } from "./browser";
+import { blockwalk, Daemon, freePort } from "./daemon";
 
-const kReadyWithinMs = 60000;
-
-const programs = process.env["BLOCKWALK_BIN"];
-if (programs === undefined) throw new Error("BLOCKWALK_BIN must name the folder that holds blockwalk and blockwalkd");
 const folder = mkdtempSync(join(tmpdir(), "blockwalk-browser-"));
 const volumes = ["fossil", "tissue", "corner"].map((name) => join(folder, `${name}.bwv`)); // rgba8, three channels of u16, a small thing
 let browser: Browser;
 let daemon: Daemon;
 
-class Daemon {
-  private constructor(private readonly process: ChildProcess, readonly port: number) {}
-
-  static async start(port: number): Promise<Daemon> {
-    const child = spawn(join(programs ?? "", "blockwalkd"), ["--listen", `127.0.0.1:${port}`, ...volumes], { stdio: ["ignore", "inherit", "inherit"] });
-    const daemon = new Daemon(child, port);
-    const deadline = Date.now() + kReadyWithinMs;
-    while (!(await daemon.isReady())) {
-      if (child.exitCode !== null) throw new Error(`blockwalkd ended with ${child.exitCode}`);
-      if (Date.now() > deadline) throw new Error(`blockwalkd is not ready after ${kReadyWithinMs} ms`);
-      await new Promise((resolve) => setTimeout(resolve, 100));
-    }
-    return daemon;
-  }
-
-  async stop(signal: NodeJS.Signals): Promise<void> {
-    if (this.process.exitCode !== null || this.process.signalCode !== null) return;
-    const ended = new Promise((resolve) => this.process.once("exit", resolve));
-    this.process.kill(signal);
-    await ended;
-  }
-
-  private async isReady(): Promise<boolean> {
-    try {
-      return (await fetch(`http://127.0.0.1:${this.port}/readyz`)).ok;
-    } catch {
-      return false; // not listening yet
-    }
-  }
-}
-
-async function freePort(): Promise<number> {
-  const probe = createServer();
-  await new Promise<void>((resolve) => probe.listen(0, "127.0.0.1", resolve));
-  const address = probe.address();
-  await new Promise((resolve) => probe.close(resolve));
-  if (address === null || typeof address === "string") throw new Error("no free port");
-  return address.port;
-}
-
 before(async () => {
   makeCorner(volumes[2] ?? "");
-  for (const path of volumes.slice(0, 2)) execFileSync(join(programs, "blockwalk"), ["demo", parse(path).name, "-o", path, "--size", "96"], { stdio: "inherit" });
-  daemon = await Daemon.start(await freePort());
+  for (const path of volumes.slice(0, 2)) blockwalk("demo", parse(path).name, "-o", path, "--size", "96");
+  daemon = await Daemon.start(await freePort(), volumes);
   browser = await launchBrowser();
 });
 
@@ -81,7 +36,7 @@ function makeCorner(path: string): void {
     if (Math.hypot(x - 58, y - 58, z - 6) < 5) voxels[i] = 100 + x;
   }
   writeFileSync(join(folder, "corner.raw"), voxels);
-  execFileSync(join(programs ?? "", "blockwalk"), ["import", join(folder, "corner.raw"), "-o", path, "--dims", "64x64x64", "--type", "u8"], { stdio: "inherit" });
+  blockwalk("import", join(folder, "corner.raw"), "-o", path, "--dims", "64x64x64", "--type", "u8");
 }
 
 after(async () => {
@@ -122,7 +77,7 @@ test("a small thing in a corner fills the picture of page, server and command li
   assert.ok(shareOtherThan(shown, [0, 0, 0]) > 0.05, `${shareOtherThan(shown, [0, 0, 0])}`);
   const size = await page.evaluate(() => `${document.querySelector("canvas")?.width}x${document.querySelector("canvas")?.height}`);
   const got = Buffer.from(await (await fetch(`http://127.0.0.1:${daemon.port}/api/v1/volumes/corner/image?size=${size}`)).arrayBuffer());
-  execFileSync(join(programs ?? "", "blockwalk"), ["render", volumes[2] ?? "", "-o", join(folder, "corner.png"), "--size", size]);
+  blockwalk("render", volumes[2] ?? "", "-o", join(folder, "corner.png"), "--size", size);
   assert.ok(got.equals(readFileSync(join(folder, "corner.png"))), "the server draws what the command line draws");
   assert.ok(difference(shown, await readImage(page, `/api/v1/volumes/corner/image?size=${size}`)) < 0.001);
   await changeAndSettle(page, () => drag(page, 90, 30));
@@ -254,7 +209,7 @@ test("a killed and restarted server gets the view again", () => open("", async (
   const picture = await readPicture(page);
   await daemon.stop("SIGKILL");
   await page.waitForSelector("#overlay:has-text('Reconnecting')");
-  daemon = await Daemon.start(daemon.port);
+  daemon = await Daemon.start(daemon.port, volumes);
   await page.waitForSelector("#overlay", { state: "hidden" });
   await waitForFinal(page);
   assert.ok(difference(picture, await readPicture(page)) < 0.01);

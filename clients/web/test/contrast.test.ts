@@ -26,13 +26,15 @@ test("a preset that nothing was done to stays a preset", () => {
 });
 
 test("window, brightness and opacity are read back from the points", () => {
-  for (const name of ["auto", "viridis", "inferno"]) {
+  for (const name of ["auto", "grey", "viridis", "inferno"]) {
     const wanted = { ...contrast(name), window: [30.5, 200] as const, gamma: 1.6, opacity: 0.8 };
     const { window, gamma, opacity, name: known } = contrast(transferOf(wanted, kChannel));
     assert.deepEqual([known, window, gamma, opacity], [name, [30.5, 200], 1.6, 0.8]);
   }
   const grey = contrast(transferOf({ ...contrast("grey"), window: [0, 100] }, kChannel));
   assert.deepEqual([grey.name, grey.window], ["grey", [0, 100]]);
+  const bent = contrast(transferOf({ ...contrast("grey"), gamma: 2 }, kChannel));
+  assert.equal(transferOf({ ...bent, gamma: 1 }, kChannel), "grey", "and back, though gamma needs points between black and white");
 });
 
 test("a colour of one's own goes from dark to full, and is known again", () => {
