@@ -6,6 +6,7 @@ import type { Viewport } from "./camera";
 import { byId } from "./dom";
 import { drawMarksInSpace, drawPending } from "./mark_drawing";
 import type { MarkTool } from "./mark_tool";
+import { overlayContext } from "./overlay_canvas";
 import { projectionOf } from "./projection";
 import { boxCorners, facingPlane, orthogonalPlane, sectionOf, type Orientation } from "./slice_plane";
 import { indexOf, voxelAt } from "./index_space";
@@ -42,16 +43,10 @@ export class MarksOverlay {
   }
 
   draw(): void {
-    const ratio = window.devicePixelRatio;
-    const { canvas, seen, space } = this;
-    const [width, height] = [Math.round(canvas.clientWidth * ratio), Math.round(canvas.clientHeight * ratio)];
-    if (canvas.width !== width) canvas.width = width;
-    if (canvas.height !== height) canvas.height = height;
-    const context = canvas.getContext("2d");
-    if (context === null) return;
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, width, height);
-    if (seen === null || space === null) return;
+    const { seen, space } = this;
+    const isWanted = space !== null && (space.view.slices.layout !== "3d" || space.view.marks.length > 0 || this.tool.pending !== null);
+    const context = overlayContext(this.canvas, isWanted && seen !== null);
+    if (context === null || seen === null || space === null) return;
     const project = projectionOf(seen.view, seen.viewport);
     if (space.view.slices.layout !== "3d") this.drawSlices(context, space, seen.view, project);
     const marks = { context, space: space.scene.space, ruler: space.scene.ruler, project };

@@ -4,6 +4,7 @@
 
 import type { Viewport } from "./camera";
 import { byId } from "./dom";
+import { overlayContext } from "./overlay_canvas";
 import { formatLength, projectionOf, roundLength, type Projection } from "./projection";
 import { isLightColour, kBarPixels, scaleBarOf } from "./scale_bar";
 import { add, scale, subtract, type Vec3 } from "./vector";
@@ -38,19 +39,11 @@ export class SceneOverlay {
   }
 
   private draw(): void {
-    const ratio = window.devicePixelRatio;
-    const { clientWidth: width, clientHeight: height } = this.canvas;
-    if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
-    if (this.canvas.height !== Math.round(height * ratio)) this.canvas.height = Math.round(height * ratio);
-    const context = this.canvas.getContext("2d");
     this.bar.hidden = this.shown === null;
-    if (context === null) return;
-    context.setTransform(ratio, 0, 0, ratio, 0, 0);
-    context.clearRect(0, 0, width, height);
-    if (this.shown === null) return;
+    if (this.shown !== null) this.showBar(this.shown.view, this.shown.viewport, this.shown.volume);
+    const context = overlayContext(this.canvas, this.shown !== null && (this.wantsBox.checked || this.wantsFaces.checked));
+    if (context === null || this.shown === null) return;
     const { view, viewport, volume } = this.shown;
-    this.showBar(view, viewport, volume);
-    if (!this.wantsBox.checked && !this.wantsFaces.checked) return;
     const project = projectionOf(view, viewport);
     const isLight = isLightColour(view.background);
     context.lineWidth = 1;
