@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """What is promised of volumes larger than memory (docs/large.md), each promise with its bar, and what is measured of it.
 
-    bench/bars.py BLOCKWALKD VOLUME.bwv [--same-content FILE.bwv...] [--only exact warm ahead cold fits flat sessions faults] [--json FILE]
+    bench/bars.py BLOCKWALKD VOLUME.bwv [--same-content FILE.bwv...] [--only exact warm ahead orders cold fits flat sessions faults] [--json FILE]
 
 VOLUME is flown through as by bench/large.py, of its finest level, linear, in windows of 480x360. Shares are of what its voxels
 take on the device.
@@ -14,6 +14,7 @@ cold       jumps to where nothing is there: seconds to the first frame, by those
            seconds to the complete one and pages read, by those of a daemon that has room for all of it
 ahead      the same turn for the first time with a half and a tenth: of the pages that were brought in ahead, those that a frame
            has shown since
+orders     the same from afar to a voxel a pixel, by each order of requests: blocks there, and how far frames are from complete
 fits       with all that a level takes: a moving frame and the first picture, with paging by without
 flat       --same-content, files of the same thing at several sizes, with one budget: a frame of a voxel a pixel, and the time
            from the start to the first picture, from each to the next
@@ -33,6 +34,7 @@ import time
 
 import large
 from daemon import Daemon
+from pictures import difference
 from viewer import Stream
 
 SIZE = [480, 360]
@@ -160,6 +162,19 @@ def ahead(options, bars, voxels):
             count = {name: place.daemon.metric(f"pages_{name}_total") for name in ("ahead", "foreseen")}
             read = count["foreseen"] / max(1, count["ahead"])
             bars.add(f"ahead: a turn near by for the first time, {part} of the voxels", "told", f"{count['foreseen']:.0f} of {count['ahead']:.0f} pages = {read:.2f}, blocks there {hits:.3f}", True)
+
+
+def orders(options, bars, voxels):
+    with Place(options, options.file) as everything:
+        for order in ("file", "shells", "transmittance"):
+            hits, errors = [], []
+            for _ in range(options.turns):
+                with Place(options, options.file, share(voxels, 0.1)) as place:
+                    flight = place.flight({**LOOK, "requests": order})
+                    frames = flight.move(place.cameras["zoom"]) + flight.move(place.cameras["turn near"])
+                    hits += [1 - h["absent_blocks"] / max(1, h["wanted_blocks"]) for _, h in frames]
+                    errors += [difference(pixels, everything.picture(camera, LOOK, (width, height))) for camera, width, height, pixels in flight.kept]
+            bars.add(f"orders: {order}, a zoom and a turn with a tenth", "told", f"blocks there {statistics.mean(hits):.3f}, error {statistics.median(errors):.1f}", True)
 
 
 def cold(options, bars, voxels):
@@ -324,7 +339,7 @@ def faults(options, bars, voxels):
 
 
 def main():
-    checks = {"exact": exact, "warm": warm, "ahead": ahead, "cold": cold, "fits": fits, "flat": flat, "sessions": sessions, "faults": faults}
+    checks = {"exact": exact, "warm": warm, "ahead": ahead, "orders": orders, "cold": cold, "fits": fits, "flat": flat, "sessions": sessions, "faults": faults}
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("daemon")
     parser.add_argument("file")

@@ -77,6 +77,8 @@ test("the view as it was stands beside the one that is changed, in the address t
 
 test("when the window changes both fit it once, and nobody did anything that could be undone", () => run({ hash: "#volume=vessels" }, async ({ page, mock }) => {
   await waitForFinal(page);
+  await page.focus("#canvas");
+  await changeAndSettle(page, () => page.keyboard.press("ArrowLeft")); // a camera that nobody moved is framed anew
   await page.selectOption("#beside-choice", "=this");
   await settled(page);
   await waitForFinal(page);
