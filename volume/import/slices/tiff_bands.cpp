@@ -9,16 +9,6 @@
 #include "volume/import/slices/tiff_page.h"
 
 namespace blockwalk {
-namespace {
-
-// Writers of sparse files leave out what has nothing in it (TIFF 6.0 does not say so; GDAL's SPARSE_OK does).
-bool isLeftOut(TIFF* tiff, std::uint32_t piece) {
-  int failed = 0;  // where the table of places is cut off
-  const bool is_nowhere = TIFFGetStrileOffsetWithErr(tiff, piece, &failed) == 0 && failed == 0;
-  return is_nowhere && TIFFGetStrileByteCountWithErr(tiff, piece, &failed) == 0 && failed == 0;
-}
-
-}  // namespace
 
 void TiffFile::Decoder::select(std::size_t wanted) {
   const TiffPage& chosen = pages[wanted];
@@ -123,13 +113,11 @@ void TiffFile::Decoder::readPiece(int index, int column, int plane, int row_coun
     const std::uint32_t tile =
         TIFFComputeTile(tiff, static_cast<std::uint32_t>(column * chosen.piece_width), row,
                         static_cast<std::uint32_t>(chosen.slice), static_cast<std::uint16_t>(plane));
-    if (isLeftOut(tiff, tile)) return;
     if (chosen.depth > 1) return readDeepTile(tile);
     got = TIFFReadEncodedTile(tiff, tile, piece.get(), wanted);
   } else {
     wanted = static_cast<tmsize_t>(piece_row_bytes) * row_count;
     const std::uint32_t strip = TIFFComputeStrip(tiff, row, static_cast<std::uint16_t>(plane));
-    if (isLeftOut(tiff, strip)) return;
     got = TIFFReadEncodedStrip(tiff, strip, piece.get(), wanted);
   }
   // Some decoders report an error and fill what is left with whatever was there.

@@ -64,28 +64,6 @@ TEST(ImportTiffLayout, RowsAndColumnsAreAsTheyAreSeen) {
   EXPECT_THAT(refusal({writeTiff(scratch, large)}, little), AllOf(HasSubstr("Orientation 6"), HasSubstr("--memory")));
 }
 
-TEST(ImportTiffLayout, TilesAndStripsThatWereLeftOutAreZero) {
-  const Scratch scratch;
-  for (const int tile : {0, 16}) {
-    const PageKind kind{.width = 32, .height = 32, .rows_per_strip = 16, .tile = tile};
-    TIFF* tiff = TIFFOpen(scratch.path("sparse.tif").c_str(), "w");
-    setFields(tiff, kind);
-    std::string piece(static_cast<std::size_t>(tile > 0 ? 16 * 16 : 32 * 16), '\x2a');
-    const auto bytes = static_cast<tmsize_t>(piece.size());
-    if (tile > 0) {
-      TIFFWriteEncodedTile(tiff, 3, piece.data(), bytes);
-    } else {
-      TIFFWriteEncodedStrip(tiff, 1, piece.data(), bytes);
-    }
-    TIFFClose(tiff);
-    std::string expected(32 * 32, '\0');
-    for (int y = 16; y < 32; ++y) {
-      for (int x = tile; x < 32; ++x) expected[static_cast<std::size_t>(32 * y + x)] = '\x2a';
-    }
-    EXPECT_EQ(importAll(scratch.path("sparse.tif")), expected) << tile;
-  }
-}
-
 TEST(ImportTiffLayout, AnyNumberOfBitsIsUnpacked) {
   const Scratch scratch;
   const PageKind twelve{.width = 3, .height = 1, .bits = 12};
