@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <span>
 #include <string_view>
@@ -132,13 +131,6 @@ std::vector<TransferPoint> automatic(const VolumeInfo& info, std::size_t number)
           {.value = body.last, .color = colorOf(colors[2]), .opacity = kBodyOpacity}};
 }
 
-// CT: the same tissue has the same value in every scan.
-bool isHounsfield(const ChannelInfo& channel) {
-  std::string unit = channel.unit;
-  std::ranges::transform(unit, unit.begin(), [](unsigned char c) { return std::tolower(c); });
-  return unit == "hu" || unit == "hounsfield" || unit == "hounsfield units";
-}
-
 struct FixedPoint {
   double value;
   std::uint32_t rgb;
@@ -169,7 +161,6 @@ constexpr std::array<std::uint32_t, 11> kInferno{0x000004, 0x160b39, 0x420a68, 0
 constexpr std::array<std::uint32_t, 2> kGrey{0x000000, 0xffffff};
 // Cortical bone lies above 300 Hounsfield units, muscle at 40 to 60, fat near -100, contrast-filled vessels at 150 to
 // 500.
-constexpr double kLeastBone = 200;
 constexpr std::array<FixedPoint, 4> kBone{
     {{130, 0xa5825f, 0}, {300, 0xd9c3a3, 0.12}, {700, 0xf2e8d6, 0.6}, {1500, 0xffffff, 0.9}}};
 constexpr std::array<FixedPoint, 6> kSoftTissue{{{-200, 0xe8c39e, 0},
@@ -193,12 +184,7 @@ std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInf
   const ChannelInfo& channel = info.channels[number];
   switch (preset) {
     case TransferPreset::automatic:
-      if (channel.values == ChannelValues::labels) return labelTransfer(channel);
-      if (info.channels.size() == 1 && isHounsfield(channel) &&
-          channel.dataFromStored(channel.density_max) > kLeastBone) {
-        return presetTransfer(TransferPreset::ct_soft_tissue, info, number);
-      }
-      return automatic(info, number);
+      return channel.values == ChannelValues::labels ? labelTransfer(channel) : automatic(info, number);
     case TransferPreset::grey:
       return ramp(info, channel, kGrey);
     case TransferPreset::viridis:
