@@ -5,7 +5,7 @@
 import { byId } from "./dom";
 import type { Toasts } from "./toasts";
 
-const kJson = /\.json$/i;
+const kForPanel = /\.(json|vp|lut)$/i;
 
 export class FileDrop {
   constructor(toasts: Toasts) {
@@ -24,7 +24,7 @@ export class FileDrop {
 
 // What to type for it, where the server runs.
 export function hintFor(name: string): string {
-  if (kJson.test(name)) return "Load marks, bookmarks and transfer functions with the buttons in the panel.";
+  if (kForPanel.test(name)) return "Load marks, bookmarks and transfer functions with the buttons in the panel.";
   const base = name.replace(/(\.(ome|nii|tar))?\.[^.]*$/i, "") || name;
   const source = quoted(name);
   const target = quoted(`${base}.bwv`);
@@ -34,5 +34,6 @@ export function hintFor(name: string): string {
 
 // For a shell.
 function quoted(name: string): string {
-  return /^[\w.][\w.-]*$/.test(name) ? name : `'${name.replaceAll("'", "'\\''")}'`;
+  const path = name.startsWith("-") ? `./${name}` : name; // or it would be an option
+  return /^[\w./-]+$/.test(path) ? path : `'${path.replaceAll("'", "'\\''")}'`;
 }

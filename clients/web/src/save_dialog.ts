@@ -40,7 +40,7 @@ export class SaveDialog {
     this.link.addEventListener("click", (event) => {
       if (!this.bar.checked || this.shown === null) return this.dialog.close();
       event.preventDefault(); // the server's picture has none
-      void this.saveWithBar(this.shown);
+      if (this.link.ariaDisabled !== "true") void this.saveWithBar(this.shown);
     });
     for (const button of this.dialog.querySelectorAll<HTMLButtonElement>("button[data-copy]")) {
       button.addEventListener("click", () => void this.copy(button, button.dataset["copy"] ?? ""));

@@ -8,5 +8,6 @@ test("a file has a command that makes it a volume and serves it", () => {
   assert.equal(hintFor("brain.nii.gz"), "Where the server runs: blockwalk import brain.nii.gz -o brain.bwv, then blockwalkd brain.bwv");
   assert.equal(hintFor("my cells.tif"), "Where the server runs: blockwalk import 'my cells.tif' -o 'my cells.bwv', then blockwalkd 'my cells.bwv'");
   assert.equal(hintFor("done.bwv"), "Where the server runs: blockwalkd done.bwv");
-  assert.match(hintFor("marks.json"), /buttons in the panel/);
+  assert.equal(hintFor("-a.bwv"), "Where the server runs: blockwalkd ./-a.bwv");
+  for (const name of ["marks.json", "bone.vp", "fire.lut"]) assert.match(hintFor(name), /buttons in the panel/);
 });

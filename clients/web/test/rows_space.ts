@@ -175,7 +175,9 @@ row("axes, standard views, letters", `#volume=head&mode=mip&${kGrey}`, async ({ 
   await settle(page);
   const edges = await page.locator(".slice[data-slice=z] .edge").allInnerTexts();
   assert.deepEqual(edges, ["R", "L", "A", "P"]);
-  assert.equal(await colourOn(page, "z", [25, 2, 0]), await colourOn(page, "z", [26, -2, 0]), "the left ear is on the right");
+  const seen = await colourOn(page, "z", [25, 2, 0]);
+  assert.equal(seen, await colourOn(page, "z", [26, -2, 0]));
+  assert.notEqual(seen, await colourOn(page, "z", [-25, 2, 0]), "the left ear is on the right");
 });
 
 row("perspective and parallel", `#volume=head&mode=mip&${kGrey}`, async ({ page }) => {
