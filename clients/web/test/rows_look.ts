@@ -13,14 +13,10 @@ export const kFront = `#volume=head&eye=1,-200,5&target=1,0,5&up=0,0,1&ortho=90&
 const { head, rightEar, leftEar, nose, core, hat } = kHeadValues;
 const mode = (page: Page, name: string) => changeAndSettle(page, () => page.check(`input[value=${name}]`, { force: true }));
 
-row("time to first picture, no install", "#volume=tissue", async ({ page, open }) => {
-  const begun = Date.now();
+row("a first picture, no install" /* how soon: bench/page.mjs */, "#volume=tissue", async ({ page, open }) => {
   await open("", async (fresh) => {
-    assert.ok(Date.now() - begun < 15000, `${Date.now() - begun} ms to full quality`);
     assert.ok(shareOtherThan(await readPicture(fresh), [0, 0, 0]) > 0.02);
   });
-  const first = await page.evaluate(() => performance.getEntriesByName("first-contentful-paint")[0]?.startTime ?? NaN);
-  assert.ok(first < 5000, `${first} ms to the first paint`);
   assert.equal(await page.textContent("#badge"), "Full quality");
 });
 
