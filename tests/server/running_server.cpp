@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "volume/build/builder.h"
+#include "volume/build/steps_builder.h"
 #include "volume/demo/demo.h"
 
 namespace blockwalk {
@@ -34,6 +35,17 @@ std::filesystem::path sampleVolume(const std::string& name, int side) {
   std::filesystem::create_directories(folder);
   auto file = folder / (name + ".bwv");
   if (!std::filesystem::exists(file)) buildVolume(*openDemo(name, side), file, {});
+  return file;
+}
+
+std::filesystem::path twoSteps(const std::string& name, const StepSource& source) {
+  auto file = scratchFolder() / (name + ".bwv");
+  StepsBuilder builder(file, 2);
+  for (unsigned step = 0; step < 2; ++step) {
+    volume_test::MemorySource made = source(step);
+    builder.add(made, {});
+  }
+  builder.finish();
   return file;
 }
 

@@ -4,18 +4,25 @@
 
 #include <chrono>
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 #include <thread>
 
 #include "fake_renderer.h"
 #include "server/server.h"
+#include "tests/volume/memory_source.h"
 #include "wire_client.h"
 
 namespace blockwalk {
 
 // A small volume file, made once for the whole test program: "rock", rgba8; "smoke", f32.
 std::filesystem::path sampleVolume(const std::string& name, int side = 48);
+
+// What each step in time of a volume is made of; steps count from 0.
+using StepSource = std::function<volume_test::MemorySource(unsigned step)>;
+// A volume of two steps in scratchFolder().
+std::filesystem::path twoSteps(const std::string& name, const StepSource& source);
 
 // A folder of this test program's own, removed at its end.
 std::filesystem::path scratchFolder();

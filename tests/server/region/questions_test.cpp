@@ -9,7 +9,6 @@
 
 #include "tests/server/running_server.h"
 #include "tests/volume/memory_source.h"
-#include "volume/build/steps_builder.h"
 #include "volume/file/file.h"
 
 namespace blockwalk {
@@ -187,13 +186,9 @@ TEST_F(Questions, APixelShowsWhatThePictureOfPositionsHas) {
 }
 
 TEST_F(Questions, APixelIsOfOneStep) {
-  const auto path = scratchFolder() / "picked.bwv";
-  StepsBuilder builder(path, 2);
-  for (unsigned step = 0; step < 2; ++step) {
-    volume_test::MemorySource source = volume_test::randomSource(VoxelType::u8, {40, 30, 20}, 5 + step);
-    builder.add(source, {});
-  }
-  builder.finish();
+  const auto path = twoSteps("picked", [](unsigned step) {
+    return volume_test::randomSource(VoxelType::u8, {40, 30, 20}, 5 + step);
+  });
   RunningServer server = serverOf({path});
   const std::string pick = "/api/v1/volumes/picked/pick?size=9x9&mode=first-hit&tf=0:ffffff:1";
   for (int step = 0; step < 2; ++step) {

@@ -9,7 +9,6 @@
 #include "tests/server/log_capture.h"
 #include "tests/server/running_server.h"
 #include "tests/volume/memory_source.h"
-#include "volume/build/steps_builder.h"
 #include "volume/export/export.h"
 
 namespace blockwalk {
@@ -49,13 +48,9 @@ TEST(Region, IsWhatAnExportIs) {
 
 // Steps in time: a region is of one, and so is an image.
 TEST(Region, IsOfOneStep) {
-  const auto path = scratchFolder() / "film.bwv";
-  StepsBuilder builder(path, 2);
-  for (unsigned step = 0; step < 2; ++step) {
-    volume_test::MemorySource source = volume_test::randomSource(VoxelType::u8, {40, 30, 20}, 1 + step);
-    builder.add(source, {});
-  }
-  builder.finish();
+  const auto path = twoSteps("film", [](unsigned step) {
+    return volume_test::randomSource(VoxelType::u8, {40, 30, 20}, 1 + step);
+  });
   RunningServer server({.files = {path}});
   EXPECT_EQ(get(server.port(), "/api/v1/volumes/film").json()["steps"], 2);
   const std::string region = "/api/v1/volumes/film/region?format=raw";

@@ -12,7 +12,6 @@
 #include "protocol/slice_picture.h"
 #include "tests/server/running_server.h"
 #include "tests/volume/memory_source.h"
-#include "volume/build/steps_builder.h"
 #include "volume/slice/slice_reader.h"
 
 namespace blockwalk {
@@ -117,13 +116,9 @@ TEST(Slice, IsNotSentAgainToWhoHasIt) {
 }
 
 TEST(Slice, IsOfOneStep) {
-  const auto path = scratchFolder() / "slices.bwv";
-  StepsBuilder builder(path, 2);
-  for (unsigned step = 0; step < 2; ++step) {
-    volume_test::MemorySource source = volume_test::randomSource(VoxelType::u16, {60, 30, 20}, 1 + step, false, 2);
-    builder.add(source, {});
-  }
-  builder.finish();
+  const auto path = twoSteps("slices", [](unsigned step) {
+    return volume_test::randomSource(VoxelType::u16, {60, 30, 20}, 1 + step, false, 2);
+  });
   RunningServer server({.files = {path}});
   const std::string query = "axis=z&index=10&format=raw&channels=1,0&time=";
   const auto first = get(server.port(), sliceOf("slices", query + "0"));
