@@ -135,7 +135,7 @@ TEST_F(Questions, APixelShowsWhatThePictureOfPositionsHas) {
     const std::size_t bar = view.find('|');
     const std::string path = "/api/v1/" + view.substr(0, bar);
     const std::string query = "?size=61x47&" + view.substr(bar + 1);
-    const auto whole = get(server.port(), path + "image" + query + "&output=position&format=raw");
+    const auto whole = get(server.port(), fmt::format("{}image{}&output=position&format=raw", path, query));
     ASSERT_EQ(whole.status, 200) << whole.body;
     std::vector<float> positions(61 * 47 * 3);
     ASSERT_EQ(whole.body.size(), positions.size() * sizeof(float));
@@ -160,7 +160,7 @@ TEST_F(Questions, APixelShowsWhatThePictureOfPositionsHas) {
       const std::string box =
           fmt::format("{},{},{},{},{},{}", voxel[0].get<int>(), voxel[1].get<int>(), voxel[2].get<int>(),
                       voxel[0].get<int>() + 1, voxel[1].get<int>() + 1, voxel[2].get<int>() + 1);
-      const std::string bytes = get(server.port(), path + "region?format=raw&box=" + box).body;
+      const std::string bytes = get(server.port(), fmt::format("{}region?format=raw&box={}", path, box)).body;
       ASSERT_EQ(bytes.size(), 4u);
       ASSERT_EQ(pick["values"].size(), 1u);
       if (path.find("rock") != std::string::npos) {
