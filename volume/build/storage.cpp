@@ -37,6 +37,18 @@ void writeAll(int descriptor, std::uint64_t offset, std::span<const std::byte> b
   }
 }
 
+void readAll(int descriptor, std::uint64_t offset, std::span<std::byte> out, const std::filesystem::path& path,
+             const char* failure) {
+  while (!out.empty()) {
+    const ssize_t got = ::pread(descriptor, out.data(), out.size(), static_cast<off_t>(offset));
+    if (got < 0 && errno == EINTR) continue;
+    if (got == 0) errno = EIO;  // somebody else has cut it
+    if (got <= 0) failSystem(path, failure);
+    out = out.subspan(static_cast<std::size_t>(got));
+    offset += static_cast<std::uint64_t>(got);
+  }
+}
+
 int openUnnamed(const std::filesystem::path& folder) {
   const int descriptor = ::open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC | O_EXCL, 0600);
   if (descriptor >= 0) return descriptor;
@@ -124,14 +136,11 @@ void TempBytes::flush() {
 void TempBytes::read(std::uint64_t offset, std::span<std::byte> out) const {
   BLOCKWALK_CHECK(offset, <=, size());
   BLOCKWALK_CHECK(out.size(), <=, size() - offset);
-  while (!out.empty() && offset < flushed_) {
-    const std::size_t wanted = static_cast<std::size_t>(std::min<std::uint64_t>(out.size(), flushed_ - offset));
-    const ssize_t got = ::pread(descriptor_, out.data(), wanted, static_cast<off_t>(offset));
-    if (got < 0 && errno == EINTR) continue;
-    if (got == 0) errno = EIO;  // nobody else can have cut the unnamed file
-    if (got <= 0) failSystem(folder_, "a temporary file here cannot be read");
-    out = out.subspan(static_cast<std::size_t>(got));
-    offset += static_cast<std::uint64_t>(got);
+  if (offset < flushed_) {
+    const auto wanted = static_cast<std::size_t>(std::min<std::uint64_t>(out.size(), flushed_ - offset));
+    readAll(descriptor_, offset, out.first(wanted), folder_, "a temporary file here cannot be read");
+    out = out.subspan(wanted);
+    offset += wanted;
   }
   if (!out.empty()) std::memcpy(out.data(), buffer_.data() + (offset - flushed_), out.size());
 }
@@ -165,6 +174,10 @@ void OutputFile::setLength(std::uint64_t bytes) {
 
 void OutputFile::write(std::uint64_t offset, std::span<const std::byte> bytes) {
   writeAll(descriptor_, offset, bytes, partial_);
+}
+
+void OutputFile::read(std::uint64_t offset, std::span<std::byte> out) const {
+  readAll(descriptor_, offset, out, partial_, "cannot be read");
 }
 
 void OutputFile::beginSync() const { ::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE); }

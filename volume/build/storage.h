@@ -52,6 +52,8 @@ class OutputFile {
   // What is not written is zeros.
   void setLength(std::uint64_t bytes);
   void write(std::uint64_t offset, std::span<const std::byte> bytes);
+  // What was written.
+  void read(std::uint64_t offset, std::span<std::byte> out) const;
   // The disk begins with what was written so far, so that commit() does not wait for all of it; what fails is
   // commit()'s to see. May run beside write().
   void beginSync() const;

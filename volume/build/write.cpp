@@ -10,6 +10,7 @@
 #include "volume/file/codec.h"
 #include "volume/file/header.h"
 #include "volume/file/metadata.h"
+#include "volume/file/record_index.h"
 
 namespace blockwalk {
 namespace {
@@ -25,6 +26,10 @@ FileSizes sizesOf(const VolumeInfo& info, const BuiltLevels& built, const std::s
       sizes.blocks.push_back(level.blocks.size());
       sizes.voxels.insert(sizes.voxels.end(), info.channels.size(), level.info.voxel_bytes);
     }
+  }
+  const auto isLarge = [](const BuiltLevel& level) { return level.info.apron_block_count > kGroupRecords; };
+  if (std::ranges::any_of(built.levels, isLarge) || std::ranges::any_of(built.maxima, isLarge)) {
+    sizes.group_records = kGroupRecords;
   }
   return sizes;
 }
@@ -71,7 +76,8 @@ class VolumeWriter {
         built_(built),
         spill_(spill),
         options_(options),
-        metadata_(encodeMetadata(info_, file.path().string())),
+        name_(file.path().string()),
+        metadata_(encodeMetadata(info_, name_)),
         layout_(layOutFile(info_, sizesOf(info_, built, metadata_))),
         part_(kPartBytes),
         channel_bytes_(static_cast<std::size_t>(info_.subblockVoxels()) * voxelBytes(info_.type)),
@@ -105,6 +111,7 @@ class VolumeWriter {
         loadSlots(spill_, built_.constants, slots, part, out);
       });
     }
+    if (layout_.indices[index].bytes > 0) writeIndex(level, index);
   }
 
   BuildReport finish() {
@@ -125,7 +132,7 @@ class VolumeWriter {
       }
     }
     for (std::size_t i = 1; i < layout_.entries.size(); ++i) {
-      report.coarser_level_bytes += layout_.entries[i].blocks.bytes;
+      report.coarser_level_bytes += layout_.entries[i].blocks.bytes + layout_.indices[i].bytes;
     }
     report.overhead_bytes = report.file_bytes - report.level0_voxel_bytes - report.coarser_level_bytes;
     return report;
@@ -170,6 +177,23 @@ class VolumeWriter {
     sections.pages.checksum = checksumOf(page_bytes);
   }
 
+  // As whoever reads the records finds it.
+  void writeIndex(const BuiltLevel& level, std::size_t index) {
+    std::vector<RecordPlace> channels;
+    for (std::size_t channel = 0; channel < info_.channels.size(); ++channel) {
+      channels.push_back({.file = name_,
+                          .name = {},
+                          .entry = layout_.entries[index],
+                          .sections = layout_.of(index, channel),
+                          .info = level.info,
+                          .channel = channel});
+    }
+    const ReadBytes read = [this](std::uint64_t at, std::span<std::byte> out) { file_.read(begin_ + at, out); };
+    const std::vector<std::byte> bytes = encodeIndex(findIndex(channels, info_, read), channels);
+    BLOCKWALK_CHECK(bytes.size(), ==, layout_.indices[index].bytes);
+    write(layout_.indices[index].offset, bytes);
+  }
+
   void append(Section& voxels, const PackedPages& packed, std::vector<PageEntry>& pages) {
     write(voxels.offset + voxels.bytes, packed.bytes);
     voxels.bytes += packed.bytes.size();
@@ -209,6 +233,7 @@ class VolumeWriter {
   const BuiltLevels& built_;
   const Spill& spill_;
   const BuildOptions& options_;
+  std::string name_;  // for messages
   std::string metadata_;
   FileLayout layout_;
   std::vector<std::byte> part_;

@@ -40,6 +40,9 @@ class ApronLevel {
   std::shared_ptr<const Level> shareRecords() const { return {structure_, &structure_->records}; }
   std::vector<Subblock> takeRanges() { return std::exchange(structure_->records.subblocks, {}); }
 
+  // Blocks that touch the window, whose records are kept too.
+  std::size_t aroundCount() const { return structure_->around.size(); }
+
   // Voxels of a subblock: (subblock_side + 2)^3, x fastest, beginning one voxel below its first.
   std::uint64_t subblockVoxels() const;
   std::uint64_t subblockBytes() const;

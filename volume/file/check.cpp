@@ -48,6 +48,7 @@ class Checker {
 
   void checkPart(int level, Form form, int channel) {
     const VolumeInfo& info = file_.info();
+    if (channel == 0) isRight([&] { file_.checkIndex(level, form); });
     isRight([&] { file_.readApronLevel(level, channel, form); });
     std::optional<Level> records;
     if (!isRight([&] { records = file_.readLevel(level, channel, form); })) {

@@ -18,6 +18,7 @@
 #include "volume/file/lazy.h"
 #include "volume/file/nonempty_box.h"
 #include "volume/file/page_table.h"
+#include "volume/file/record_index.h"
 #include "volume/file/records.h"
 #include "volume/file/steps.h"
 
@@ -48,10 +49,19 @@ struct VolumeFile::Opened {
     bytes_read += out.size();
   }
   RecordPlace place(int level, int channel, Form form) const;
-  const PageTable& pagesOf(const RecordPlace& place) const {
-    const auto index = static_cast<std::size_t>(&place.sections - header.layout.sections.data());
-    return pages[index].get([&] { return std::make_unique<PageTable>(place, header.info, readBytes()); });
+  std::vector<RecordPlace> channelPlaces(int level, Form form) const;
+  std::size_t entryOf(const RecordPlace& at) const {
+    return static_cast<std::size_t>(&at.entry - header.layout.entries.data());
   }
+  std::size_t sectionsOf(const RecordPlace& at) const {
+    return static_cast<std::size_t>(&at.sections - header.layout.sections.data());
+  }
+  // Of the level; null where the file has none.
+  const RecordIndex* indexOf(const RecordPlace& at) const;
+  // From the index where there is one, else from all records.
+  const RecordGroups& groupsOf(const RecordPlace& at) const;
+  const std::vector<std::uint64_t>& rangeChecksumsOf(const RecordPlace& at, Extent extent) const;
+  const PageTable& pagesOf(const RecordPlace& at) const;
   ReadBytes readBytes() const {
     return [this](std::uint64_t offset, std::span<std::byte> out) { read(offset, out); };
   }
@@ -60,6 +70,11 @@ struct VolumeFile::Opened {
   Level readRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const;
   Level readWhole(const RecordPlace& at, Extent extent) const;
   Level readWindow(const RecordPlace& at, Extent extent, const BlockWindow& window) const;
+  bool isWhole(const RecordPlace& at, const BlockWindow& window) const {
+    return window.holds(latticeDims(at.info.dims, header.info.blockVoxels()));
+  }
+  RecordCount mostRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const;
+  RecordCount countRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const;
 
   std::shared_ptr<const FileContent> content;
   std::shared_ptr<const Steps> steps;  // null: the file is one volume
@@ -68,7 +83,8 @@ struct VolumeFile::Opened {
   std::uint64_t begin = 0;  // of the volume in the file
   DecodedHeader header;
   std::vector<Lazy<PageTable>> pages;      // as the layout's sections
-  std::vector<Lazy<RecordGroups>> groups;  // as the layout's entries
+  std::vector<Lazy<RecordIndex>> indices;  // as the layout's entries
+  std::vector<Lazy<RecordGroups>> groups;  // as those, of levels that have no index
   std::vector<std::array<Lazy<std::vector<std::uint64_t>>, 2>>
       checksums;  // of groups of ranges, by Extent; as sections
   mutable std::atomic<std::uint64_t> bytes_read = 0;
@@ -92,6 +108,7 @@ VolumeFile::Opened::Opened(std::shared_ptr<const FileContent> file, std::shared_
   read(sizeof(FileHeader), std::span(start).subspan(sizeof(FileHeader)));
   header = decodeHeader(start, bytes, name);
   pages = std::vector<Lazy<PageTable>>(header.layout.sections.size());
+  indices = std::vector<Lazy<RecordIndex>>(header.layout.entries.size());
   groups = std::vector<Lazy<RecordGroups>>(header.layout.entries.size());
   checksums = std::vector<std::array<Lazy<std::vector<std::uint64_t>>, 2>>(header.layout.sections.size());
   if (steps != nullptr) showAllSteps(*steps, header.info, name);
@@ -113,6 +130,46 @@ RecordPlace VolumeFile::Opened::place(int level, int channel, Form form) const {
           .channel = channel_index};
 }
 
+std::vector<RecordPlace> VolumeFile::Opened::channelPlaces(int level, Form form) const {
+  std::vector<RecordPlace> places;
+  for (int channel = 0; channel < static_cast<int>(header.info.channels.size()); ++channel) {
+    places.push_back(place(level, channel, form));
+  }
+  return places;
+}
+
+const RecordIndex* VolumeFile::Opened::indexOf(const RecordPlace& at) const {
+  const std::size_t entry = entryOf(at);
+  const Section& section = header.layout.indices[entry];
+  if (section.bytes == 0) return nullptr;
+  return &indices[entry].get([&] {
+    const EntryPlace level = entryPlace(entry, header.info.levels.size());
+    const std::vector<RecordPlace> channels = channelPlaces(level.level, level.form);
+    return std::make_unique<RecordIndex>(readIndex(channels, header.info, section, readBytes()));
+  });
+}
+
+const RecordGroups& VolumeFile::Opened::groupsOf(const RecordPlace& at) const {
+  if (const RecordIndex* index = indexOf(at)) return index->records;
+  return groups[entryOf(at)].get([&] { return std::make_unique<RecordGroups>(at, header.info, readBytes()); });
+}
+
+const std::vector<std::uint64_t>& VolumeFile::Opened::rangeChecksumsOf(const RecordPlace& at, Extent extent) const {
+  if (const RecordIndex* index = indexOf(at)) return index->channels[at.channel].of(extent);
+  const RecordGroups& records = groupsOf(at);
+  return checksums[sectionsOf(at)][static_cast<std::size_t>(extent)].get([&] {
+    return std::make_unique<std::vector<std::uint64_t>>(records.rangeChecksums(at, header.info, extent, readBytes()));
+  });
+}
+
+const PageTable& VolumeFile::Opened::pagesOf(const RecordPlace& at) const {
+  return pages[sectionsOf(at)].get([&] {
+    const RecordIndex* index = indexOf(at);
+    if (index == nullptr) return std::make_unique<PageTable>(at, header.info, readBytes());
+    return std::make_unique<PageTable>(at, header.info, readBytes(), index->channels[at.channel].pages);
+  });
+}
+
 // Of a file that has not too many for it; of others they are first looked at when voxels are read.
 void VolumeFile::Opened::countPages() {
   std::uint64_t count = 0;
@@ -121,7 +178,9 @@ void VolumeFile::Opened::countPages() {
   for (std::size_t i = 0; i < header.layout.entries.size(); ++i) {
     const EntryPlace entry = entryPlace(i, header.info.levels.size());
     for (int channel = 0; channel < static_cast<int>(header.info.channels.size()); ++channel) {
-      const PageTable& table = pagesOf(place(entry.level, channel, entry.form));
+      const RecordPlace at = place(entry.level, channel, entry.form);
+      const PageTable& table =
+          pages[sectionsOf(at)].get([&] { return std::make_unique<PageTable>(at, header.info, readBytes()); });
       for (std::size_t codec = 0; codec < kCodecs; ++codec) header.info.pages[codec] += table.byCodec()[codec];
     }
   }
@@ -134,8 +193,7 @@ VoxelBox VolumeFile::Opened::nonemptyBox(std::uint64_t most_bytes) const {
 
 Level VolumeFile::Opened::readRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const {
   content->checkLength();
-  const bool is_whole = window.holds(latticeDims(at.info.dims, header.info.blockVoxels()));
-  Level level = is_whole ? readWhole(at, extent) : readWindow(at, extent, window);
+  Level level = isWhole(at, window) ? readWhole(at, extent) : readWindow(at, extent, window);
   if (extent == Extent::stored) pagesOf(at).check(level.blocks);
   return level;
 }
@@ -145,7 +203,11 @@ Level VolumeFile::Opened::readWhole(const RecordPlace& at, Extent extent) const 
   const Section& of_ranges = rangeSection(at, extent);
   SectionReader blocks(reads, at.entry.blocks.offset, at.entry.blocks.bytes);
   SectionReader ranges(reads, of_ranges.offset, of_ranges.bytes);
-  LevelDecoder decoder(at, header.info, extent, {});
+  LevelDecoder decoder(at, extent, {},
+                       {.records = at.entry.apron_block_count,
+                        .blocks = at.entry.block_count,
+                        .stored = at.entry.subblock_count,
+                        .all = at.entry.apron_subblock_count});
   withChecksum(at, "block records", blocks, at.entry.blocks.checksum, [&] {
     withChecksum(at, extent == Extent::stored ? "ranges" : "apron ranges", ranges, of_ranges.checksum, [&] {
       RecordReader record_reader(at, header.info, blocks);
@@ -158,29 +220,58 @@ Level VolumeFile::Opened::readWhole(const RecordPlace& at, Extent extent) const 
 
 Level VolumeFile::Opened::readWindow(const RecordPlace& at, Extent extent, const BlockWindow& window) const {
   const ReadBytes reads = readBytes();
-  const auto entry = static_cast<std::size_t>(&at.entry - header.layout.entries.data());
-  const auto sections = static_cast<std::size_t>(&at.sections - header.layout.sections.data());
-  const RecordGroups& records =
-      groups[entry].get([&] { return std::make_unique<RecordGroups>(at, header.info, reads); });
-  const auto& range_checksums = checksums[sections][static_cast<std::size_t>(extent)].get([&] {
-    return std::make_unique<std::vector<std::uint64_t>>(records.rangeChecksums(at, header.info, extent, reads));
-  });
+  const RecordGroups& records = groupsOf(at);
+  const std::vector<std::uint64_t>& range_checksums = rangeChecksumsOf(at, extent);
   const char* const what = extent == Extent::stored ? "ranges" : "apron ranges";
-  LevelDecoder decoder(at, header.info, extent, window);
-  for (const std::size_t group : records.meeting(window)) {
+  const std::vector<std::size_t> met = records.meeting(window);
+  LevelDecoder decoder(at, extent, window, records.countsOf(met));
+  for (const std::size_t group : met) {
     const std::uint64_t from = records.rangeOffset(at, header.info, extent, group);
     const std::uint64_t to = records.rangeOffset(at, header.info, extent, group + 1);
     SectionReader blocks(reads, records[group].offset, records[group + 1].offset - records[group].offset);
     SectionReader ranges(reads, from, to - from);
     withChecksum(at, "block records", blocks, records[group].checksum, [&] {
       withChecksum(at, what, ranges, range_checksums[group], [&] {
-        RecordReader record_reader(at, header.info, blocks, records[group].before, records[group + 1].before);
+        RecordReader record_reader(at, header.info, blocks, records[group], records[group + 1]);
         RangeReader range_reader(at, header.info, extent, ranges);
         decoder.add(record_reader, range_reader);
       });
     });
   }
   return decoder.take();
+}
+
+RecordCount VolumeFile::Opened::mostRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const {
+  const bool is_stored = extent == Extent::stored;
+  if (isWhole(at, window)) {
+    return {.blocks = is_stored ? at.entry.block_count : at.entry.apron_block_count,
+            .subblocks = is_stored ? at.entry.subblock_count : at.entry.apron_subblock_count};
+  }
+  content->checkLength();
+  const RecordGroups& records = groupsOf(at);
+  const RecordCounts most = records.countsOf(records.meeting(window));
+  return {.blocks = is_stored ? most.blocks : most.records, .subblocks = is_stored ? most.stored : most.all};
+}
+
+RecordCount VolumeFile::Opened::countRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const {
+  content->checkLength();
+  const ReadBytes reads = readBytes();
+  const RecordGroups& records = groupsOf(at);
+  RecordCount count;
+  for (const std::size_t group : records.meeting(window)) {
+    SectionReader blocks(reads, records[group].offset, records[group + 1].offset - records[group].offset);
+    withChecksum(at, "block records", blocks, records[group].checksum, [&] {
+      RecordReader record_reader(at, header.info, blocks, records[group], records[group + 1]);
+      BlockRecord record;
+      while (record_reader.next(record)) {
+        const int subblocks = countOf(record.stored) + (extent == Extent::apron ? countOf(record.beyond) : 0);
+        if (subblocks == 0 || !window.contains(record.origin)) continue;
+        ++count.blocks;
+        count.subblocks += static_cast<std::uint64_t>(subblocks);
+      }
+    });
+  }
+  return count;
 }
 
 VolumeFile::VolumeFile(const std::filesystem::path& path) {
@@ -243,6 +334,26 @@ Level VolumeFile::readLevel(int level, int channel, Form form, const BlockWindow
 
 Level VolumeFile::readApronLevel(int level, int channel, Form form, const BlockWindow& window) const {
   return opened_->readRecords(opened_->place(level, channel, form), Extent::apron, window);
+}
+
+RecordCount VolumeFile::mostRecords(int level, Form form, bool with_apron, const BlockWindow& window) const {
+  return opened_->mostRecords(opened_->place(level, 0, form), with_apron ? Extent::apron : Extent::stored, window);
+}
+
+RecordCount VolumeFile::countRecords(int level, Form form, bool with_apron, const BlockWindow& window) const {
+  return opened_->countRecords(opened_->place(level, 0, form), with_apron ? Extent::apron : Extent::stored, window);
+}
+
+void VolumeFile::checkIndex(int level, Form form) const {
+  const std::vector<RecordPlace> channels = opened_->channelPlaces(level, form);
+  const RecordPlace& place = channels.front();
+  const RecordIndex* index = opened_->indexOf(place);
+  if (index == nullptr) return;
+  const RecordIndex found = findIndex(channels, info(), opened_->readBytes());
+  if (encodeIndex(found, channels) == encodeIndex(*index, channels)) return;
+  failData("{}: {} index at offset {}, {} bytes: is not that of the level's records", opened_->name, place.name,
+           opened_->header.layout.indices[opened_->entryOf(place)].offset,
+           opened_->header.layout.indices[opened_->entryOf(place)].bytes);
 }
 
 void VolumeFile::readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, std::span<std::byte> out,

@@ -63,6 +63,8 @@ void checkShape(const FileHeader& header, const FieldCheck& check) {
         fmt::format("0 or {}, for level {} and on", maxima, kFirstMaximaLevel));
   check(header.metadata_bytes <= kMaxMetadataBytes, FIELD(metadata_bytes),
         fmt::format("at most {}", kMaxMetadataBytes));
+  check(header.group_records == 0 || header.group_records == kGroupRecords, FIELD(group_records),
+        fmt::format("0 or {}", kGroupRecords));
 }
 
 // What has room and no meaning yet.
@@ -75,7 +77,6 @@ void checkUnused(const FileHeader& header, const FieldCheck& check) {
   }
   check(header.time_step == 0, FIELD(time_step), "0 in version 3");
   check(header.time_steps == 0, FIELD(time_steps), "0 in version 3");
-  check(header.reserved == 0, FIELD(reserved), "0");
 }
 
 void checkMap(const FileHeader& header, const FieldCheck& check) {
@@ -263,7 +264,7 @@ FileLayout decodeEntries(const FileHeader& header, std::span<const std::byte> by
 // Takes the counts of the level entries once they are bounded, and the sizes that do not follow from them.
 FileSizes decodeLevels(const FileHeader& header, const HeaderParts& parts, const FileLayout& found,
                        const FieldCheck& check, VolumeInfo& info) {
-  FileSizes sizes{.blocks = {}, .voxels = {}, .metadata = header.metadata_bytes};
+  FileSizes sizes{.blocks = {}, .voxels = {}, .metadata = header.metadata_bytes, .group_records = header.group_records};
   for (std::size_t i = 0; i < found.entries.size(); ++i) {
     const LevelEntry& entry = found.entries[i];
     const EntryPlace place = entryPlace(i, header.level_count);
@@ -295,6 +296,7 @@ FileSizes decodeLevels(const FileHeader& header, const HeaderParts& parts, const
 std::vector<std::byte> encodeHeader(const VolumeInfo& info, const FileLayout& layout, const std::string& metadata) {
   FileHeader header = headerOf(info);
   header.header_bytes = layout.header_bytes;
+  header.group_records = layout.group_records;
   header.file_bytes = layout.file_bytes;
   header.metadata_bytes = static_cast<std::uint32_t>(metadata.size());
   std::vector<std::byte> bytes(layout.header_bytes);
@@ -360,6 +362,8 @@ DecodedHeader decodeHeader(std::span<const std::byte> bytes, std::uint64_t file_
   checkLayout(header, parts, found, expected, check);
   found.header_bytes = expected.header_bytes;
   found.file_bytes = expected.file_bytes;
+  found.group_records = expected.group_records;
+  found.indices = expected.indices;
   decoded.layout = std::move(found);
   return decoded;
 }

@@ -75,6 +75,12 @@ std::size_t rangeBytes(VoxelType type) { return 2 * densityBytes(type) + 1; }
 std::size_t apronRangeBytes(VoxelType type) { return 2 * densityBytes(type); }
 std::size_t largestBlockRecordBytes(int block_side) { return 3 * 2 + 1 + 1 + 2 * occupancyBytes(block_side); }
 
+std::uint64_t indexBytes(std::uint64_t records, std::size_t channels) {
+  if (records <= kGroupRecords) return 0;
+  const std::uint64_t groups = (records + kGroupRecords - 1) / kGroupRecords;
+  return groups * (sizeof(IndexGroup) + channels * sizeof(IndexPart)) + sizeof(std::uint64_t);
+}
+
 void appendDensity(std::vector<std::byte>& out, VoxelType type, float density) {
   switch (densityBytes(type)) {
     case 1:
@@ -169,7 +175,9 @@ FileLayout layOutFile(const VolumeInfo& info, const FileSizes& sizes) {
   BLOCKWALK_CHECK(sizes.voxels.size(), ==, entries * channels);
   FileLayout layout;
   layout.channels = channels;
+  layout.group_records = sizes.group_records;
   layout.entries.resize(entries);
+  layout.indices.resize(entries);
   layout.sections.resize(entries * channels);
   layout.header_bytes = static_cast<std::uint32_t>(sizeof(FileHeader) + entries * sizeof(LevelEntry) +
                                                    layout.sections.size() * sizeof(ChannelSections) +
@@ -189,6 +197,8 @@ FileLayout layOutFile(const VolumeInfo& info, const FileSizes& sizes) {
     entry.apron_block_count = level.apron_block_count;
     entry.apron_subblock_count = level.apron_subblock_count;
     entry.blocks = placeSection(end, sizes.blocks[i]);
+    const std::uint64_t index_bytes = sizes.group_records == 0 ? 0 : indexBytes(entry.apron_block_count, channels);
+    if (index_bytes > 0) layout.indices[i] = placeSection(end, index_bytes);
     for (std::size_t channel = 0; channel < channels; ++channel) {
       ChannelSections& sections = layout.of(i, channel);
       sections.ranges = placeSection(end, level.subblock_count * rangeBytes(info.type));

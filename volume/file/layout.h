@@ -9,6 +9,8 @@
 //   records: for each level, coarsest first, values before maxima, each section at the next multiple of 64, zeros
 //   between:
 //     block records                of all channels, apron_block_count records in Morton order of origin
+//     index                        where header.group_records is not 0 and the level has more records than that:
+//                                  IndexGroup, IndexPart x channels for each so many of them; u64 XXH3-64 of those
 //     for each channel:
 //       ranges                     subblock_count x rangeBytes, block after block, in local raster order
 //       apron ranges               apron_subblock_count x apronRangeBytes, in the same order
@@ -87,8 +89,8 @@ struct FileHeader {
   std::array<std::uint32_t, 3> whole_dims{};
   std::uint32_t time_step = 0;
   std::uint32_t time_steps = 0;
-  std::uint32_t maxima_count = 0;  // levels that have maxima: none, or all from level 2 on
-  std::uint32_t reserved = 0;
+  std::uint32_t maxima_count = 0;   // levels that have maxima: none, or all from level 2 on
+  std::uint32_t group_records = 0;  // of an index: kGroupRecords, or 0 where no level has one
 };
 static_assert(sizeof(FileHeader) == 192 && offsetof(FileHeader, dims) == 36 &&
               offsetof(FileHeader, world_from_index) == 48 && offsetof(FileHeader, channel_count) == 144 &&
@@ -137,6 +139,31 @@ struct PageEntry {
 };
 static_assert(sizeof(PageEntry) == 16);
 
+// Where a group of records lies, so that those of a window are read without all the others: kGroupRecords of them, the
+// last of a level fewer.
+constexpr std::uint64_t kGroupRecords = 1024;
+struct IndexGroup {
+  std::uint64_t first_code = 0;  // Morton code of its first block
+  std::uint64_t offset = 0;      // of its first record, in the block records
+  std::uint64_t checksum = 0;    // XXH3-64 of its block records
+  std::uint64_t blocks = 0;      // of the records before it: those with stored subblocks
+  std::uint64_t stored = 0;      // their stored subblocks
+  std::uint64_t all = 0;         // their subblocks that are stored and beyond
+};
+static_assert(sizeof(IndexGroup) == 48);
+
+// The same of one channel.
+struct IndexPart {
+  std::uint64_t ranges = 0;        // XXH3-64 of its ranges
+  std::uint64_t apron_ranges = 0;  // of its apron ranges
+  std::uint64_t pages = 0;         // of its PageEntries
+  std::uint64_t page_offset = 0;   // of its first page, in the voxels
+};
+static_assert(sizeof(IndexPart) == 32);
+
+// Of a level with so many records; 0 where it has no index.
+std::uint64_t indexBytes(std::uint64_t records, std::size_t channels);
+
 // Bytes of one stored density.
 std::size_t densityBytes(VoxelType type);
 std::size_t rangeBytes(VoxelType type);
@@ -183,6 +210,8 @@ struct FileLayout {
   std::size_t channels = 1;
   std::vector<LevelEntry> entries;        // of values, the finest first, then of maxima
   std::vector<ChannelSections> sections;  // entry after entry, inside one channel after channel
+  std::uint32_t group_records = 0;        // as the header has it
+  std::vector<Section> indices;           // of each entry; no bytes: it has none; the checksum is in the section
 
   ChannelSections& of(std::size_t entry, std::size_t channel) { return sections[entry * channels + channel]; }
   const ChannelSections& of(std::size_t entry, std::size_t channel) const {
@@ -212,6 +241,7 @@ struct FileSizes {
   std::vector<std::uint64_t> blocks;
   std::vector<std::uint64_t> voxels;
   std::size_t metadata = 0;
+  std::uint32_t group_records = 0;  // kGroupRecords: levels that have more records have an index
 };
 // Lays the sections out: fills dims, counts, offsets and sizes of every level and channel from info.type, dims, sides,
 // the number of channels and the counts in info.levels; checksums are 0. Needs sections that together stay below 2^63

@@ -24,13 +24,14 @@ PageTable::PageTable(RecordPlace place, const VolumeInfo& info, ReadBytes read)
   const std::uint64_t count = pages.bytes / sizeof(PageEntry);
   SectionReader section(read_, pages.offset, pages.bytes);
   withChecksum(place_, "pages", section, pages.checksum, [&] {
-    Group next{.first_subblock = 0, .offset = place_.sections.voxels.offset, .checksum = 0};
+    PageGroup next{.offset = place_.sections.voxels.offset};
     for (std::uint64_t done = 0; done < count; done += kGroupPages) {
       next.checksum = checksumOf(section.ahead(std::min(kGroupPages, count - done) * sizeof(PageEntry)));
       auto group = std::make_shared<const Pages>(decode(section, std::min(kGroupPages, count - done), next));
       for (const Page& page : *group) ++by_codec_[static_cast<std::size_t>(page.codec)];
       groups_.push_back(next);
       const Page& last = group->back();
+      next.first_page = done + group->size();
       next.first_subblock = last.first_subblock + last.subblocks;
       next.offset = last.offset + last.bytes;
       if (groups_.size() <= kMostKept) keep(groups_.size() - 1, std::move(group));
@@ -40,10 +41,12 @@ PageTable::PageTable(RecordPlace place, const VolumeInfo& info, ReadBytes read)
           "the level's subblock_count");
     const std::uint64_t bytes = next.offset - place_.sections.voxels.offset;
     check(bytes == place_.sections.voxels.bytes, "bytes of all pages", bytes, "the size of the voxels");
+    next.checksum = 0;
+    groups_.push_back(next);
   });
 }
 
-PageTable::Pages PageTable::decode(SectionReader& section, std::uint64_t count, Group at) const {
+PageTable::Pages PageTable::decode(SectionReader& section, std::uint64_t count, PageGroup at) const {
   const std::uint64_t subblock_bytes = info_.subblockVoxels() * voxelBytes(info_.type);
   const int per_block = info_.block_side * info_.block_side * info_.block_side;
   Pages pages;
@@ -80,7 +83,8 @@ PageTable::Pages PageTable::decode(SectionReader& section, std::uint64_t count, 
 std::vector<Page> PageTable::pagesOf(std::uint64_t first, std::uint64_t count) const {
   std::vector<Page> found;
   if (count == 0) return found;
-  for (std::size_t i = groupOf(first); i < groups_.size() && groups_[i].first_subblock < first + count; ++i) {
+  for (std::size_t i = groupOf(first); i + 1 < groups_.size() && groups_[i].first_subblock < first + count; ++i) {
+    if (groups_[i].first_page == groups_[i + 1].first_page) continue;  // of blocks of which only the aprons have voxels
     const std::shared_ptr<const Pages> pages = group(i);
     auto page = std::ranges::upper_bound(*pages, first, {}, &Page::first_subblock);
     if (page != pages->begin()) --page;
@@ -90,9 +94,9 @@ std::vector<Page> PageTable::pagesOf(std::uint64_t first, std::uint64_t count) c
 }
 
 std::size_t PageTable::groupOf(std::uint64_t subblock) const {
-  return static_cast<std::size_t>(std::ranges::upper_bound(groups_, subblock, {}, &Group::first_subblock) -
-                                  groups_.begin()) -
-         1;
+  const auto end = groups_.end() - 1;
+  return static_cast<std::size_t>(
+      std::ranges::upper_bound(groups_.begin(), end, subblock, {}, &PageGroup::first_subblock) - groups_.begin() - 1);
 }
 
 void PageTable::check(std::span<const Block> blocks) const {
@@ -117,12 +121,21 @@ std::shared_ptr<const PageTable::Pages> PageTable::group(std::size_t number) con
       return known->second.pages;
     }
   }
-  const std::uint64_t begin = number * kGroupPages * sizeof(PageEntry);
-  const std::uint64_t count = std::min(kGroupPages, (place_.sections.pages.bytes - begin) / sizeof(PageEntry));
-  SectionReader section(read_, place_.sections.pages.offset + begin, count * sizeof(PageEntry));
+  const PageGroup& begin = groups_[number];
+  const PageGroup& end = groups_[number + 1];
+  const std::uint64_t count = end.first_page - begin.first_page;
+  const std::uint64_t at = place_.sections.pages.offset + begin.first_page * sizeof(PageEntry);
+  SectionReader section(read_, at, count * sizeof(PageEntry));
   std::shared_ptr<const Pages> pages;
-  withChecksum(place_, "pages", section, groups_[number].checksum,
-               [&] { pages = std::make_shared<const Pages>(decode(section, count, groups_[number])); });
+  withChecksum(place_, "pages", section, begin.checksum, [&] {
+    pages = std::make_shared<const Pages>(decode(section, count, begin));
+    const Page& last = pages->back();
+    const RecordCheck check(place_, at);
+    check(last.first_subblock + last.subblocks == end.first_subblock, "subblocks of a group of pages",
+          last.first_subblock + last.subblocks, [&] { return fmt::format("up to {}", end.first_subblock); });
+    check(last.offset + last.bytes == end.offset, "bytes of a group of pages", last.offset + last.bytes,
+          [&] { return fmt::format("up to {}", end.offset); });
+  });
   keep(number, pages);
   return pages;
 }

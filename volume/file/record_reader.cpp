@@ -10,28 +10,27 @@ namespace blockwalk {
 
 RecordReader::RecordReader(const RecordPlace& place, const VolumeInfo& info, SectionReader& section)
     : info_(info),
-      entry_(place.entry),
       dims_(place.info.dims),
       section_(section),
       check_(place, place.entry.blocks.offset),
-      is_part_(false),
       end_{.records = place.entry.apron_block_count,
            .blocks = place.entry.block_count,
            .stored = place.entry.subblock_count,
            .all = place.entry.apron_subblock_count} {}
 
 RecordReader::RecordReader(const RecordPlace& place, const VolumeInfo& info, SectionReader& section,
-                           const RecordCounts& before, const RecordCounts& end)
+                           const RecordGroup& group, const RecordGroup& next)
     : RecordReader(place, info, section) {
-  is_part_ = true;
-  counts_ = before;
-  end_ = end;
+  group_ = &group;
+  next_ = &next;
+  counts_ = group.before;
+  end_ = next.before;
 }
 
 bool RecordReader::next(BlockRecord& record) {
   check_.at(section_.offset());
-  if (is_part_ ? section_.left() == 0 : counts_.records == end_.records) {
-    if (!is_part_) finish();
+  if (counts_.records == end_.records) {
+    finish();
     return false;
   }
   std::span<const std::byte> bytes = section_.ahead(largestBlockRecordBytes(info_.block_side));
@@ -59,6 +58,12 @@ void RecordReader::checkOrigin(glm::ivec3 origin) {
   const std::uint64_t code = mortonCode(glm::uvec3(origin));
   check_(!last_code_ || code > *last_code_, "Morton code of the origin", code,
          [&] { return fmt::format("above {}, the block's before", *last_code_); });
+  if (group_ != nullptr) {
+    check_(last_code_ || code == group_->first_code, "Morton code of the origin", code,
+           [&] { return fmt::format("{}, its group's first", group_->first_code); });
+    check_(code < next_->first_code, "Morton code of the origin", code,
+           [&] { return fmt::format("below {}, the next group's first", next_->first_code); });
+  }
   last_code_ = code;
 }
 
@@ -74,12 +79,14 @@ void RecordReader::checkSets(const BlockRecord& record) const {
 
 void RecordReader::finish() const {
   check_(section_.left() == 0, "bytes behind the last block", section_.left(), "0");
-  check_(counts_.stored == entry_.subblock_count, "subblocks of all blocks", counts_.stored,
-         "the level's subblock_count");
-  check_(counts_.all == entry_.apron_subblock_count, "subblocks of all blocks with an apron", counts_.all,
-         "the level's apron_subblock_count");
-  check_(counts_.blocks == entry_.block_count, "blocks with stored subblocks", counts_.blocks,
-         "the level's block_count");
+  const auto holds = [&](std::uint64_t count, std::uint64_t end, std::string_view field, std::string_view of_level) {
+    check_(count == end, field, count, [&] {
+      return group_ == nullptr ? std::string(of_level) : fmt::format("{}, where the next group begins", end);
+    });
+  };
+  holds(counts_.stored, end_.stored, "subblocks of all blocks", "the level's subblock_count");
+  holds(counts_.all, end_.all, "subblocks of all blocks with an apron", "the level's apron_subblock_count");
+  holds(counts_.blocks, end_.blocks, "blocks with stored subblocks", "the level's block_count");
 }
 
 RangeReader::RangeReader(const RecordPlace& place, const VolumeInfo& info, Extent extent, SectionReader& section)

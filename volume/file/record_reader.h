@@ -66,6 +66,16 @@ struct RecordCounts {
   std::uint64_t blocks = 0;
   std::uint64_t stored = 0;
   std::uint64_t all = 0;  // those that are stored, and those of which the apron has voxels
+  bool operator==(const RecordCounts&) const = default;
+};
+
+// Where records lie, by groups of kGroupRecords, so that those of a window are read without all the others. A group has
+// its own checksum.
+struct RecordGroup {
+  std::uint64_t first_code = 0;  // Morton code of its first block
+  std::uint64_t offset = 0;      // of its first record, in the volume
+  std::uint64_t checksum = 0;
+  RecordCounts before;
 };
 
 // Reads block records one by one and refuses what the builder would not have written.
@@ -73,9 +83,9 @@ class RecordReader {
  public:
   // Of all of a level.
   RecordReader(const RecordPlace& place, const VolumeInfo& info, SectionReader& section);
-  // Of whole records in the middle of it, behind those of `before`, up to those of `end`.
-  RecordReader(const RecordPlace& place, const VolumeInfo& info, SectionReader& section, const RecordCounts& before,
-               const RecordCounts& end);
+  // Of one group of it, up to where the next begins.
+  RecordReader(const RecordPlace& place, const VolumeInfo& info, SectionReader& section, const RecordGroup& group,
+               const RecordGroup& next);
 
   // False after the last.
   bool next(BlockRecord& record);
@@ -88,11 +98,11 @@ class RecordReader {
   void finish() const;
 
   const VolumeInfo& info_;
-  const LevelEntry& entry_;
   glm::ivec3 dims_;
   SectionReader& section_;
   RecordCheck check_;
-  bool is_part_;
+  const RecordGroup* group_ = nullptr;  // null: all of the level
+  const RecordGroup* next_ = nullptr;
   RecordCounts counts_;
   RecordCounts end_;
   std::optional<std::uint64_t> last_code_;

@@ -64,12 +64,12 @@ class WindowCodes {
 
 }  // namespace
 
-LevelDecoder::LevelDecoder(const RecordPlace& place, const VolumeInfo& info, Extent extent, const BlockWindow& window)
+LevelDecoder::LevelDecoder(const RecordPlace& place, Extent extent, const BlockWindow& window, const RecordCounts& most)
     : extent_(extent), window_(window), level_{.info = place.info, .blocks = {}, .subblocks = {}} {
-  if (!window.holds(latticeDims(place.info.dims, info.blockVoxels()))) return;
+  // What is not touched of it takes no memory.
   const bool stored = extent == Extent::stored;
-  level_.blocks.reserve(stored ? place.entry.block_count : place.entry.apron_block_count);
-  level_.subblocks.reserve(stored ? place.entry.subblock_count : place.entry.apron_subblock_count);
+  level_.blocks.reserve(stored ? most.blocks : most.records);
+  level_.subblocks.reserve(stored ? most.stored : most.all);
 }
 
 void LevelDecoder::add(RecordReader& records, RangeReader& ranges) {
@@ -100,8 +100,6 @@ void LevelDecoder::add(RecordReader& records, RangeReader& ranges) {
 }
 
 Level LevelDecoder::take() {
-  level_.blocks.shrink_to_fit();
-  level_.subblocks.shrink_to_fit();
   linkNeighbours(level_.blocks);
   level_.info.block_count = level_.blocks.size();
   level_.info.subblock_count = level_.subblocks.size();
@@ -120,7 +118,7 @@ RecordGroups::RecordGroups(const RecordPlace& place, const VolumeInfo& info, con
       const std::uint64_t offset = section.offset();
       const std::span<const std::byte> ahead = section.ahead(largestBlockRecordBytes(info.block_side));
       const bool more = records.next(record);
-      const bool begins = before.records % kRecords == 0;
+      const bool begins = before.records % kGroupRecords == 0;
       if ((begins || !more) && !groups_.empty()) groups_.back().checksum = checksum.value();
       if (!more) break;
       if (begins) {
@@ -152,6 +150,19 @@ std::vector<std::size_t> RecordGroups::meeting(const BlockWindow& window) const 
     for (const std::size_t end = std::min(behind(range.end), size()); group < end; ++group) met.push_back(group);
   }
   return met;
+}
+
+RecordCounts RecordGroups::countsOf(std::span<const std::size_t> groups) const {
+  RecordCounts sum;
+  for (const std::size_t group : groups) {
+    const RecordCounts& begin = groups_[group].before;
+    const RecordCounts& end = groups_[group + 1].before;
+    sum.records += end.records - begin.records;
+    sum.blocks += end.blocks - begin.blocks;
+    sum.stored += end.stored - begin.stored;
+    sum.all += end.all - begin.all;
+  }
+  return sum;
 }
 
 std::uint64_t RecordGroups::rangeOffset(const RecordPlace& place, const VolumeInfo& info, Extent extent,

@@ -13,7 +13,8 @@ namespace blockwalk {
 // Puts a level together from its records. Throws DataError that names the record's offset, the field and the bound.
 class LevelDecoder {
  public:
-  LevelDecoder(const RecordPlace& place, const VolumeInfo& info, Extent extent, const BlockWindow& window);
+  // `most`: of all that it will be given.
+  LevelDecoder(const RecordPlace& place, Extent extent, const BlockWindow& window, const RecordCounts& most);
 
   // All records up to the reader's last. `ranges` has those of the extent.
   void add(RecordReader& records, RangeReader& ranges);
@@ -48,27 +49,22 @@ void withChecksum(const RecordPlace& place, std::string_view what, SectionReader
   check();
 }
 
-// Where records lie, by groups of some, so that those of a window are read without all the others. A group's checksum
-// is kept, as the file has one of the whole section alone.
-struct RecordGroup {
-  std::uint64_t first_code = 0;  // Morton code of its first block
-  std::uint64_t offset = 0;      // of its first record, in the volume
-  std::uint64_t checksum = 0;
-  RecordCounts before;
-};
-
+// The groups of a level's records, as the file's index has them (volume/file/record_index.h) or as they were found.
 class RecordGroups {
  public:
-  static constexpr std::uint64_t kRecords = 1024;  // in a group
-
   // Reads all block records of a level once, and holds them against their checksum and the counts.
   RecordGroups(const RecordPlace& place, const VolumeInfo& info, const ReadBytes& read);
+  // Those, and behind them the end of the last one.
+  RecordGroups(const RecordPlace& place, const VolumeInfo& info, std::vector<RecordGroup> groups)
+      : lattice_dims_(latticeDims(place.info.dims, info.blockVoxels())), groups_(std::move(groups)) {}
 
   std::size_t size() const { return groups_.size() - 1; }
   // [size()] is the end of the last one.
   const RecordGroup& operator[](std::size_t group) const { return groups_[group]; }
   // Those that may have blocks in the window, ascending.
   std::vector<std::size_t> meeting(const BlockWindow& window) const;
+  // Of all records in those.
+  RecordCounts countsOf(std::span<const std::size_t> groups) const;
   // Of each group the checksum of its ranges; reads all of them once, and holds them against their own.
   std::vector<std::uint64_t> rangeChecksums(const RecordPlace& place, const VolumeInfo& info, Extent extent,
                                             const ReadBytes& read) const;

@@ -139,7 +139,7 @@ TEST(File, ErrorsNameFieldOffsetAndBound) {
       {"step", 176, raw(1u), "time_step at offset 176 is 1, must be 0 in version 3"},
       {"steps", 180, raw(1u), "time_steps at offset 180 is 1, must be 0 in version 3"},
       {"maxima", 184, raw(1u), "maxima_count at offset 184 is 1, must be 0 or 2, for level 2 and on"},
-      {"reserved", 188, raw(1u), "reserved at offset 188 is 1, must be 0"},
+      {"group_records", 188, raw(1u), "group_records at offset 188 is 1, must be 0 or 1024"},
       {"scale 0", channel, raw(0.0), "value_scale " + at(channel) + " is 0"},
       {"scale negative", channel, raw(-1.0), "value_scale"},
       {"offset", channel + 8, raw(std::numeric_limits<double>::infinity()), "value_offset " + at(channel + 8)},

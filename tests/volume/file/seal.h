@@ -41,6 +41,21 @@ inline void sealPages(std::span<std::byte> bytes, const ChannelSections& section
   }
 }
 
+// A level's index, where it has one: its checksum is its last word.
+inline Section indexOf(std::span<const std::byte> bytes, const LevelEntry& entry) {
+  const auto header = valueAt<FileHeader>(bytes, 0);
+  if (header.group_records == 0) return {};
+  std::uint64_t end = entry.blocks.offset + entry.blocks.bytes;
+  return placeSection(end, indexBytes(entry.apron_block_count, header.channel_count));
+}
+
+inline void sealIndex(std::span<std::byte> bytes, const LevelEntry& entry) {
+  const Section section = indexOf(bytes, entry);
+  if (section.bytes == 0 || !liesInside(bytes, section)) return;
+  const std::uint64_t records = section.bytes - sizeof(std::uint64_t);
+  putAt(bytes, section.offset + records, checksumOf(bytes.subspan(section.offset, records)));
+}
+
 // The header's own checksum alone.
 inline void sealHeader(std::span<std::byte> bytes) {
   auto header = valueAt<FileHeader>(bytes, 0);
@@ -64,6 +79,7 @@ inline void seal(std::span<std::byte> bytes) {
   for (std::size_t i = 0; i < levels && at + sizeof(LevelEntry) <= bytes.size(); ++i, at += sizeof(LevelEntry)) {
     auto entry = valueAt<LevelEntry>(bytes, at);
     sealSection(entry.blocks);
+    sealIndex(bytes, entry);
     putAt(bytes, at, entry);
   }
   for (std::size_t i = 0; i < levels * channels && at + sizeof(ChannelSections) <= bytes.size();
@@ -112,7 +128,8 @@ inline bool isPadding(const std::string& bytes, std::size_t at) {
     return at >= section.offset && at - section.offset < section.bytes;
   };
   for (std::size_t level = 0; level < entryCount(bytes); ++level) {
-    if (holds(valueAt<LevelEntry>(bytes, levelEntryAt(level)).blocks)) return false;
+    const auto entry = valueAt<LevelEntry>(bytes, levelEntryAt(level));
+    if (holds(entry.blocks) || holds(indexOf(std::as_bytes(std::span(bytes)), entry))) return false;
     for (std::size_t channel = 0; channel < header.channel_count; ++channel) {
       const auto of = valueAt<ChannelSections>(bytes, sectionsAt(bytes, level, channel));
       for (const Section& section : {of.ranges, of.apron_ranges, of.pages, of.voxels}) {

@@ -1,0 +1,194 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "volume/file/record_index.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+#include "volume/file/checksum.h"
+
+namespace blockwalk {
+namespace {
+
+constexpr std::uint64_t kNoCode = std::numeric_limits<std::uint64_t>::max();  // above that of every block
+
+// Where the pages of each group lie, and the end.
+std::vector<PageGroup> findPages(const RecordPlace& place, const RecordGroups& records, const ReadBytes& read) {
+  const Section& pages = place.sections.pages;
+  SectionReader section(read, pages.offset, pages.bytes);
+  std::vector<PageGroup> groups;
+  withChecksum(place, "pages", section, pages.checksum, [&] {
+    std::uint64_t offset = place.sections.voxels.offset;
+    for (std::size_t i = 0; i <= records.size(); ++i) {
+      const RecordCounts& before = records[i].before;
+      PageGroup group{.first_page = before.blocks, .first_subblock = before.stored, .offset = offset};
+      if (i < records.size()) {
+        const std::uint64_t count = records[i + 1].before.blocks - before.blocks;
+        const std::span<const std::byte> entries = section.ahead(count * sizeof(PageEntry));
+        group.checksum = checksumOf(entries);
+        for (std::size_t at = 0; at < entries.size(); at += sizeof(PageEntry)) {
+          PageEntry entry;
+          std::memcpy(&entry, entries.data() + at, sizeof entry);
+          offset += entry.bytes;
+        }
+        section.skip(entries.size());
+      }
+      groups.push_back(group);
+    }
+  });
+  return groups;
+}
+
+template <typename T>
+T take(std::span<const std::byte>& bytes) {
+  T value;
+  std::memcpy(&value, bytes.data(), sizeof value);
+  bytes = bytes.subspan(sizeof value);
+  return value;
+}
+
+template <typename T>
+void append(std::vector<std::byte>& out, const T& value) {
+  const auto* bytes = reinterpret_cast<const std::byte*>(&value);
+  out.insert(out.end(), bytes, bytes + sizeof value);
+}
+
+// Holds a group against the next, or the end.
+class GroupCheck {
+ public:
+  GroupCheck(const RecordPlace& place, const VolumeInfo& info)
+      : largest_record_(largestBlockRecordBytes(info.block_side)),
+        per_block_(static_cast<std::uint64_t>(info.block_side * info.block_side * info.block_side)),
+        check_(place, 0) {}
+
+  void operator()(std::uint64_t offset, const RecordGroup& group, const RecordGroup& next) {
+    check_.at(offset);
+    const auto holds = [&](bool is_right, std::string_view field, std::uint64_t value) {
+      check_(is_right, field, value, [&] { return fmt::format("what a group has, below the next one's"); });
+    };
+    const std::uint64_t records = next.before.records - group.before.records;
+    holds(group.first_code < next.first_code, "index's first code", group.first_code);
+    holds(isWithin(group.offset, next.offset, records * kLeastBlockRecordBytes, records * largest_record_),
+          "index's offset", group.offset);
+    holds(isWithin(group.before.blocks, next.before.blocks, 0, records), "index's blocks", group.before.blocks);
+    const std::uint64_t blocks = next.before.blocks - group.before.blocks;
+    holds(isWithin(group.before.stored, next.before.stored, blocks, blocks * per_block_), "index's stored subblocks",
+          group.before.stored);
+    const std::uint64_t stored = next.before.stored - group.before.stored;
+    holds(isWithin(group.before.all, next.before.all, std::max(records, stored), records * per_block_),
+          "index's subblocks", group.before.all);
+  }
+  void operator()(std::uint64_t offset, const PageGroup& group, const PageGroup& next) {
+    check_.at(offset);
+    const std::uint64_t pages = next.first_page - group.first_page;
+    check_(isWithin(group.offset, next.offset, pages, std::numeric_limits<std::uint64_t>::max()), "index's page offset",
+           group.offset, "below the next group's, or the end of the voxels");
+  }
+
+ private:
+  static bool isWithin(std::uint64_t begin, std::uint64_t end, std::uint64_t least, std::uint64_t most) {
+    return begin <= end && end - begin >= least && end - begin <= most;
+  }
+
+  std::uint64_t largest_record_;
+  std::uint64_t per_block_;
+  RecordCheck check_;
+};
+
+}  // namespace
+
+RecordIndex findIndex(std::span<const RecordPlace> channels, const VolumeInfo& info, const ReadBytes& read) {
+  RecordIndex index{.records = RecordGroups(channels.front(), info, read), .channels = {}};
+  for (const RecordPlace& place : channels) {
+    index.channels.push_back({.ranges = index.records.rangeChecksums(place, info, Extent::stored, read),
+                              .apron_ranges = index.records.rangeChecksums(place, info, Extent::apron, read),
+                              .pages = findPages(place, index.records, read)});
+  }
+  return index;
+}
+
+std::vector<std::byte> encodeIndex(const RecordIndex& index, std::span<const RecordPlace> channels) {
+  std::vector<std::byte> bytes;
+  for (std::size_t i = 0; i < index.records.size(); ++i) {
+    const RecordGroup& group = index.records[i];
+    append(bytes, IndexGroup{.first_code = group.first_code,
+                             .offset = group.offset - channels.front().entry.blocks.offset,
+                             .checksum = group.checksum,
+                             .blocks = group.before.blocks,
+                             .stored = group.before.stored,
+                             .all = group.before.all});
+    for (std::size_t channel = 0; channel < channels.size(); ++channel) {
+      const ChannelGroups& groups = index.channels[channel];
+      append(bytes, IndexPart{.ranges = groups.ranges[i],
+                              .apron_ranges = groups.apron_ranges[i],
+                              .pages = groups.pages[i].checksum,
+                              .page_offset = groups.pages[i].offset - channels[channel].sections.voxels.offset});
+    }
+  }
+  append(bytes, checksumOf(bytes));
+  return bytes;
+}
+
+RecordIndex readIndex(std::span<const RecordPlace> channels, const VolumeInfo& info, const Section& section,
+                      const ReadBytes& read) {
+  const RecordPlace& place = channels.front();
+  const LevelEntry& entry = place.entry;
+  std::vector<std::byte> bytes(section.bytes);
+  read(section.offset, bytes);
+  std::span<const std::byte> left(bytes);
+  const std::uint64_t found = checksumOf(left.first(left.size() - sizeof(std::uint64_t)));
+  const std::size_t group_bytes = sizeof(IndexGroup) + channels.size() * sizeof(IndexPart);
+  const std::size_t count = left.size() / group_bytes;
+
+  std::vector<RecordGroup> records(count + 1);
+  std::vector<ChannelGroups> parts(channels.size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto group = take<IndexGroup>(left);
+    records[i] = {
+        .first_code = group.first_code,
+        .offset = entry.blocks.offset + group.offset,
+        .checksum = group.checksum,
+        .before = {.records = i * kGroupRecords, .blocks = group.blocks, .stored = group.stored, .all = group.all}};
+    for (std::size_t channel = 0; channel < channels.size(); ++channel) {
+      const auto part = take<IndexPart>(left);
+      parts[channel].ranges.push_back(part.ranges);
+      parts[channel].apron_ranges.push_back(part.apron_ranges);
+      parts[channel].pages.push_back({.first_page = group.blocks,
+                                      .first_subblock = group.stored,
+                                      .offset = channels[channel].sections.voxels.offset + part.page_offset,
+                                      .checksum = part.pages});
+    }
+  }
+  const auto wanted = take<std::uint64_t>(left);
+  if (found != wanted) {
+    failData("{}: {} index at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", place.file, place.name,
+             section.offset, section.bytes, found, wanted);
+  }
+  records.back() = {.first_code = kNoCode,
+                    .offset = entry.blocks.offset + entry.blocks.bytes,
+                    .checksum = 0,
+                    .before = {.records = entry.apron_block_count,
+                               .blocks = entry.block_count,
+                               .stored = entry.subblock_count,
+                               .all = entry.apron_subblock_count}};
+  const RecordCheck first(place, section.offset);
+  first(records[0].offset == entry.blocks.offset && records[0].before == RecordCounts{}, "index's first group",
+        records[0].offset - entry.blocks.offset, "at 0, with nothing before it");
+  GroupCheck check(place, info);
+  for (std::size_t i = 0; i < count; ++i) check(section.offset + i * group_bytes, records[i], records[i + 1]);
+  for (std::size_t channel = 0; channel < channels.size(); ++channel) {
+    const Section& voxels = channels[channel].sections.voxels;
+    std::vector<PageGroup>& pages = parts[channel].pages;
+    first(pages[0].offset == voxels.offset, "index's first page offset", pages[0].offset - voxels.offset, "0");
+    pages.push_back({.first_page = entry.block_count,
+                     .first_subblock = entry.subblock_count,
+                     .offset = voxels.offset + voxels.bytes});
+    for (std::size_t i = 0; i < count; ++i) check(section.offset + i * group_bytes, pages[i], pages[i + 1]);
+  }
+  return {.records = RecordGroups(place, info, std::move(records)), .channels = std::move(parts)};
+}
+
+}  // namespace blockwalk
