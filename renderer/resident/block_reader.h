@@ -25,6 +25,8 @@ class BlockReader {
   const std::shared_ptr<const Level>& records() const { return records_; }
   std::vector<Subblock> takeRanges() { return std::exchange(ranges_, {}); }
   std::uint64_t blockBytes(std::size_t block) const { return records_->blocks[block].subblock_count * subblock_bytes_; }
+  // Of the records of blocks around the window, of which aprons are made.
+  std::uint64_t aroundBytes() const { return apron_ == nullptr ? 0 : apron_->aroundCount() * sizeof(Block); }
   int exponent() const { return exponent_; }  // of densities on the device (renderer/plan/density_scale.h)
 
   // Gives back what is kept of neighbours that aprons are made from.

@@ -56,6 +56,10 @@ class PagedVoxels {
   static constexpr std::uint64_t hostBytes(std::uint64_t blocks) {
     return blocks * (sizeof(Block) + sizeof(std::uint64_t) + sizeof(std::optional<PagePool::Pages::iterator>));
   }
+  // The same while they are read and linked, with the ranges of so many subblocks.
+  static constexpr std::uint64_t readingBytes(const RecordCount& records) {
+    return hostBytes(records.blocks) + records.blocks * sizeof(std::uint64_t) + records.subblocks * sizeof(Subblock);
+  }
   std::uint64_t bytes() const { return bytes_; }
   std::uint64_t arrived() const { return arrived_; }  // pages, so far
   std::uint64_t blockCount() const { return present_.size(); }

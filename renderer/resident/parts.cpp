@@ -9,7 +9,7 @@ ResidentVoxels::ResidentVoxels() = default;
 ResidentVoxels::~ResidentVoxels() = default;
 
 std::uint64_t ResidentVoxels::bytes() const {
-  std::uint64_t sum = on_host.bytes() + (pages != nullptr ? pages->bytes() : 0);
+  std::uint64_t sum = on_host.bytes() + ranges_on_host.bytes() + (pages != nullptr ? pages->bytes() : 0);
   for (const Buffer& chunk : chunks) sum += chunk.bytes();
   return sum;
 }

@@ -23,8 +23,9 @@ struct ResidentVoxels final : Resident {
   std::shared_ptr<const Level> records;        // on the host, without the ranges of subblocks
   // Those, with the apron where there is one, until the device has them.
   mutable std::shared_ptr<const std::vector<Subblock>> ranges;
-  HostShare on_host;  // what all those take
-  int exponent = 0;   // of densities on the device (renderer/plan/density_scale.h)
+  HostShare on_host;                 // what all those take, but for the ranges
+  mutable HostShare ranges_on_host;  // what they take
+  int exponent = 0;                  // of densities on the device (renderer/plan/density_scale.h)
 
   std::uint64_t bytes() const override;
 };

@@ -110,6 +110,7 @@ class MaskMaking final : public Making {
     made->records = upload_->take();
     made->count = static_cast<std::uint32_t>(ranges_->size());
     voxels_->ranges.reset();
+    voxels_->ranges_on_host = {};
     return made;
   }
   std::uint64_t bytes() const override { return upload_ ? upload_->bytes() : 0; }

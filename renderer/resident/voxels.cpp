@@ -75,6 +75,7 @@ class VoxelMaking final : public Making {
     made_->records = reader_->records();
     made_->ranges = std::make_shared<const std::vector<Subblock>>(reader_->takeRanges());
     made_->exponent = reader_->exponent();
+    made_->ranges_on_host = HostShare(device_, made_->ranges->size() * sizeof(Subblock));
     made_->on_host = HostShare(device_, records.blocks.size() * (sizeof(Block) + sizeof(std::uint64_t)));
     made_->block_addresses.reserve(records.blocks.size());
     std::uint64_t bytes = 0;

@@ -3,6 +3,7 @@
 // share their pages.
 #include <gtest/gtest.h>
 
+#include "renderer/vulkan_volume.h"
 #include "tests/renderer/pages_stage.h"
 #include "tests/renderer/synthetic.h"
 #include "tests/renderer/views.h"
@@ -98,6 +99,43 @@ TEST_F(RecordWindowsTest, AWindowTakesTheRecordsInsideAlone) {
   const Frame some = renderer_->render(*volume_, orderOf(view));
   EXPECT_EQ(some.pixels, all.pixels);
   EXPECT_LT(bytesOf("blocks"), records / 2);
+}
+
+// Neither of all of a level nor of a large window; the index says how many there are.
+TEST_F(RecordWindowsTest, WhatFindsNoRoomIsNotRead) {
+  constexpr std::uint64_t kBudget = std::uint64_t{8} << 20;
+  SyntheticOptions of_floats = kVolume;  // whose ranges take most of what there is of records
+  of_floats.type = VoxelType::f32;
+  Scene scene = makeScene(*makeSynthetic(of_floats), {.block_side = 1});
+  DeviceOptions options;
+  options.page_bytes = 1024 * kKib;
+  options.record_bytes = 1;
+  options.memory_budget_bytes = kBudget;
+  OwnRendererTest::start(scene.path, options);
+  const auto step = static_cast<VulkanVolume&>(*volume_).step(0);
+  const LevelInfo& level = volume_->info().levels[0];
+  const auto refused = [&](const View& view) {
+    const std::uint64_t before = step->stored().file->bytesRead();
+    const auto frame = renderer_->begin(*volume_, orderOf(view));
+    try {
+      while (frame->advance()) EXPECT_LE(renderer_->device().memory_used_bytes, kBudget);
+      ADD_FAILURE() << "found room";
+    } catch (const OutOfDeviceMemory& error) {
+      EXPECT_EQ(error.field, "level");
+    }
+    EXPECT_LE(renderer_->device().memory_used_bytes, kBudget);
+    return step->stored().file->bytesRead() - before;
+  };
+  View view = finest(32);
+  EXPECT_LT(refused(view), level.apron_block_count);
+  // To be counted, block records of 10 bytes are read, and no ranges, of 8 or 9 beside each.
+  view.clip = ClipBox{.min = glm::dvec3(0), .max = glm::dvec3(300, 280, 200)};
+  EXPECT_LT(refused(view), level.apron_block_count * 10);
+  // A small one is drawn.
+  view.clip = ClipBox{.min = glm::dvec3(40), .max = glm::dvec3(90)};
+  const Frame frame = renderer_->render(*volume_, orderOf(view));
+  EXPECT_EQ(frame.stats.level, 0);
+  EXPECT_EQ(frame.pixels, renderer().render(*scene.resident, orderOf(view)).pixels);
 }
 
 // Another window's page is taken over as it lies, and goes from both when it gives way.
