@@ -283,7 +283,7 @@ void listGrid(openvdb::io::File& file, const std::string& name, const std::strin
     voxels = metaNumber(*grid, openvdb::GridBase::META_FILE_VOXEL_COUNT);
     bytes = metaNumber(*grid, openvdb::GridBase::META_FILE_MEM_BYTES);
     own_creator = metaText(*grid, openvdb::GridBase::META_GRID_CREATOR);
-  } catch (const openvdb::Exception& error) {
+  } catch (const openvdb::LookupError& error) {  // a type of grid or of map; all else is a broken file
     refusal = error.what();
   }
   out.number(PipeMessage::item);

@@ -5,7 +5,6 @@
 #include "tests/volume/import/import_scratch.h"
 
 #ifdef BLOCKWALK_OPENVDB
-#include <openvdb/openvdb.h>
 #include <openvdb/points/PointConversion.h>
 #include <openvdb/points/PointCount.h>
 #include <openvdb/tools/LevelSetSphere.h>
@@ -15,67 +14,20 @@
 #include <nanovdb/util/OpenToNanoVDB.h>
 #endif
 
-#include <chrono>
 #include <numeric>
 
-#include "tests/volume/import/broken.h"
+#include "tests/volume/import/vdb/vdb_files.h"
 #include "volume/build/builder.h"
 #include "volume/file/file.h"
 
 namespace blockwalk::volume_test {
 namespace {
 
-using openvdb::Coord;
 using testing::Contains;
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-class Vdb : public testing::Test {
- protected:
-  static void SetUpTestSuite() { openvdb::initialize(); }
-
-  std::filesystem::path save(const openvdb::GridCPtrVec& grids, std::uint32_t compression = 0) const {
-    auto path = scratch_.path("a.vdb");
-    std::filesystem::remove(path);
-    openvdb::io::File file(path.string());
-    if (compression != 0) file.setCompression(compression);
-    openvdb::MetaMap metadata;
-    metadata.insertMeta("creator", openvdb::StringMetadata("a test"));
-    file.write(grids, metadata);
-    return path;
-  }
-  std::unique_ptr<Source> open(const openvdb::GridCPtrVec& grids, const ImportOptions& options = {}) const {
-    return openSource({save(grids)}, options);
-  }
-  std::string refusalOf(const openvdb::GridCPtrVec& grids, const ImportOptions& options = {}) const {
-    return refusal({save(grids)}, options);
-  }
-  static std::string bytesIn(const std::filesystem::path& path) {
-    std::ifstream stream(path, std::ios::binary);
-    return {std::istreambuf_iterator<char>(stream), {}};
-  }
-
-  Scratch scratch_;
-};
-
-template <typename GridT>
-typename GridT::Ptr named(const std::string& name, const typename GridT::ValueType& background) {
-  auto grid = GridT::create(background);
-  grid->setName(name);
-  return grid;
-}
-
-// A leaf and a half, a voxel far off on each side, and a tile of 8^3.
-openvdb::FloatGrid::Ptr someFloats(const std::string& name = "density") {
-  auto grid = named<openvdb::FloatGrid>(name, 0);
-  auto access = grid->getAccessor();
-  for (int i = 0; i < 700; ++i) {
-    access.setValue(Coord(i * 7 % 11 - 5, i * 5 % 13, i * 3 % 9 - 20), 0.5f + static_cast<float>(i));
-  }
-  access.setValue(Coord(-40, 3, 2), -2.5f);
-  grid->fill(openvdb::CoordBBox(Coord(16, 8, -8), Coord(23, 15, -1)), 42.0f);
-  return grid;
-}
+class Vdb : public VdbTest {};
 
 // The source's single channel is what the accessor reads of the grid, its box the box of active voxels, its places
 // those of the transform.
@@ -285,35 +237,6 @@ TEST_F(Vdb, MirroredMapsStayMirrored) {
   const auto source = open({grid});
   EXPECT_LT(glm::determinant(source->info().world_from_index), 0);
   expectSame(*source, *grid, same);
-}
-
-TEST_F(Vdb, TimeGoesByWhatIsActive) {
-  auto grid = named<openvdb::FloatGrid>("density", 0);
-  auto access = grid->getAccessor();
-  std::mt19937 random(5);
-  const auto place = [&] { return static_cast<int>(random() % 20000); };
-  for (int i = 0; i < 4000; ++i) {
-    const Coord corner(place(), place(), place());
-    for (int j = 0; j < 8; ++j)
-      access.setValue(corner.offsetBy(j & 1, j >> 1 & 1, j >> 2), 1.0f + static_cast<float>(i));
-  }
-  const auto path = save({grid});
-  const auto begun = std::chrono::steady_clock::now();
-  const auto source = openSource({path}, {});
-  EXPECT_GT(source->info().dims.x, 19900);
-  const BuildReport report = buildVolume(*source, scratch_.path("a.bwv"), {});
-  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begun).count();
-  EXPECT_EQ(report.info.channels[0].nonempty_voxels, grid->activeVoxelCount());
-  EXPECT_LT(seconds, 30);  // and would be hours if all of the box were looked at
-  RecordProperty("seconds", fmt::format("{}", seconds));
-}
-
-TEST_F(Vdb, SurvivesBreaking) {
-  auto color = named<openvdb::Vec3SGrid>("albedo", openvdb::Vec3s(0));
-  color->getAccessor().setValue(Coord(1, 2, 3), openvdb::Vec3s(1, 0, 0));
-  auto grid = someFloats();
-  grid->pruneGrid();
-  survivesBreakingInBounds(scratch_, "b.vdb", bytesIn(save({color, grid})));
 }
 
 // What NanoVDB makes of grids reads as they do.
