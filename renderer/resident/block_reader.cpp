@@ -5,6 +5,7 @@
 
 #include "renderer/plan/aproned_layout.h"
 #include "renderer/plan/density_scale.h"
+#include "volume/file/layout.h"
 
 namespace blockwalk {
 
@@ -39,6 +40,14 @@ std::unique_ptr<BlockReader> BlockReader::another(std::uint64_t cache_bytes) con
 void BlockReader::dropCache() {
   if (apron_ != nullptr) apron_->dropCache();
   plain_ = {};
+}
+
+void BlockReader::expect(std::span<const std::uint32_t> blocks) const {
+  for (const std::uint32_t block : blocks) {
+    const Block& of = records_->blocks[block];
+    const auto stored = static_cast<std::uint64_t>(countOf(of.stored));
+    file_->expectVoxels(need_.level, need_.channel, of.first_stored, stored, need_.form);
+  }
 }
 
 void BlockReader::read(std::size_t first, std::size_t count, std::span<std::byte> out) {

@@ -32,6 +32,8 @@ class BlockReader {
   // Gives back what is kept of neighbours that aprons are made from.
   void dropCache();
 
+  // Says that read() of these comes next. Throws as that does.
+  void expect(std::span<const std::uint32_t> blocks) const;
   // Of `count` blocks from `first` on, one after the other: `out` has just their bytes. From one thread at a time.
   void read(std::size_t first, std::size_t count, std::span<std::byte> out);
 

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/resident/upload_pace.h"
 #include "renderer/vulkan/buffer.h"
 
 namespace blockwalk {
@@ -101,6 +102,7 @@ class PagePool {
   std::vector<PagedVoxels*> sharers_;
   Pages pages_;
   std::uint64_t changes_ = 0;  // of that list
+  UploadPace pace_;
 };
 
 }  // namespace blockwalk

@@ -15,8 +15,6 @@
 namespace blockwalk {
 namespace {
 
-// That is read at once, so that frames go on between.
-constexpr std::uint64_t kBatchBytes = std::uint64_t{4} << 20;
 // Of a thread, of neighbours that aprons are made from.
 constexpr std::uint64_t kPageCacheBytes = std::uint64_t{8} << 20;
 constexpr int kMostReaders = 4;
@@ -154,7 +152,8 @@ void PagedVoxels::startBatch(std::vector<std::uint32_t>& wanted) {
   const BlockReader& reader = *readers_.front();
   std::uint64_t bytes = 0;
   std::size_t count = 0;
-  while (count < wanted.size() && (count == 0 || bytes < kBatchBytes)) bytes += reader.blockBytes(wanted[count++]);
+  while (count < wanted.size() && (count == 0 || bytes < pool_.pace_.bytes()))
+    bytes += reader.blockBytes(wanted[count++]);
   const auto end = wanted.begin() + static_cast<std::ptrdiff_t>(count);
   std::vector<std::uint32_t> blocks(wanted.begin(), end);
   wanted.erase(wanted.begin(), end);
@@ -173,6 +172,10 @@ PagedVoxels::Batch PagedVoxels::readBatch(const std::vector<std::shared_ptr<Bloc
   std::iota(in_file.begin(), in_file.end(), std::size_t{0});
   std::ranges::sort(in_file, {}, [&](std::size_t i) { return batch.blocks[i]; });
   std::vector<std::string> failures(readers.size());
+  try {
+    readers.front()->expect(batch.blocks);
+  } catch (const DataError&) {  // whoever reads them says why
+  }
   const auto readRun = [&](std::size_t thread) {
     for (std::size_t at = count * thread / readers.size(); at < count * (thread + 1) / readers.size(); ++at) {
       const std::uint32_t block = batch.blocks[in_file[at]];
@@ -204,6 +207,7 @@ PagedVoxels::Batch PagedVoxels::readBatch(const std::vector<std::shared_ptr<Bloc
 
 // False where there is no room for all of it.
 bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
+  const auto begun = std::chrono::steady_clock::now();
   std::uint64_t bytes = 0;
   for (std::size_t i = 0; i < batch.blocks.size(); ++i) {
     if (!isPresent(batch.blocks[i])) bytes += batch.voxels[i].size();
@@ -241,6 +245,7 @@ bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
   }
   std::ranges::sort(arrived);
   makeKnown(arrived);
+  pool_.pace_.took(bytes, std::chrono::duration_cast<UploadPace::Time>(std::chrono::steady_clock::now() - begun));
   return has_room;
 }
 

@@ -406,4 +406,10 @@ void VolumeFile::readVoxels(int level, int channel, std::uint64_t first, std::ui
   }
 }
 
+void VolumeFile::expectVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, Form form) const {
+  for (const Page& page : opened_->pagesOf(opened_->place(level, channel, form)).pagesOf(first, count)) {
+    opened_->content->expect(opened_->begin + page.offset, page.bytes);
+  }
+}
+
 }  // namespace blockwalk

@@ -59,6 +59,8 @@ class VolumeFile {
   // was opened.
   void readVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, std::span<std::byte> out,
                   Form form = Form::values) const;
+  // Says that readVoxels() of them comes next, so that the disk brings in the pages of many beside each other.
+  void expectVoxels(int level, int channel, std::uint64_t first, std::uint64_t count, Form form = Form::values) const;
   // Bytes read from the file by this object so far.
   std::uint64_t bytesRead() const;
 

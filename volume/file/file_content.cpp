@@ -43,6 +43,10 @@ void FileContent::read(std::uint64_t offset, std::span<std::byte> out) const {
   }
 }
 
+void FileContent::expect(std::uint64_t offset, std::uint64_t bytes) const noexcept {
+  ::posix_fadvise(descriptor_, static_cast<off_t>(offset), static_cast<off_t>(bytes), POSIX_FADV_WILLNEED);
+}
+
 void FileContent::checkLength() const {
   struct stat status {};
   if (::fstat(descriptor_, &status) != 0) failData("{}: cannot be examined: {}", name_, std::strerror(errno));

@@ -26,6 +26,9 @@ class FileContent {
 
   // Fills `out` from `offset` on. Throws when the file has no longer that many bytes, or cannot be read.
   void read(std::uint64_t offset, std::span<std::byte> out) const;
+  // Says that these are about to be read, so that the disk brings them in meanwhile. Never fails: it is a word to the
+  // system.
+  void expect(std::uint64_t offset, std::uint64_t bytes) const noexcept;
   // Throws when the file is shorter than it was.
   void checkLength() const;
 
