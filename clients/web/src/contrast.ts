@@ -4,7 +4,7 @@
 //
 // Point i of the colours stands at share u of the way from black to white, and at u^(1/gamma) in the window.
 
-import { formatPoints, isPreset, kMaps, parsePoints, presetPoints, type TransferPoint } from "./transfer";
+import { formatPoints, isByTissue, isPreset, kMaps, ownPoints, parsePoints, presetPoints, type TransferPoint } from "./transfer";
 import type { Preset } from "./protocol";
 import type { ChannelInfo, Histogram, Range } from "./volume_info";
 
@@ -22,15 +22,14 @@ export const kAutoShares: Range = [0.0035, 0.998]; // of the voxels, from black 
 
 // Null where there is nothing to stretch: labels, voxels of their own colours, a channel of one single value.
 export function contrastOf(channel: ChannelInfo, transfer: string): Contrast | null {
-  const own = parsePoints(channel.transfer ?? "");
-  if (channel.areLabels || own === null) return null;
-  const points = isPreset(transfer) ? presetPoints(transfer, own) : parsePoints(transfer);
+  if (channel.areLabels || ownPoints(channel) === null) return null;
+  const points = isPreset(transfer) ? presetPoints(transfer, channel) : parsePoints(transfer);
   if (points === null) return null;
   const [first, last] = [points[0], points.at(-1)];
   if (!first || !last || !(last.value > first.value)) return null;
   const [window, opacity]: [Range, number] = [[first.value, last.value], last.opacity];
   if (isPreset(transfer)) return { base: points, name: transfer, window, gamma: 1, opacity };
-  const known = knownBase(points, own);
+  const known = knownBase(points, channel);
   if (known === null) return { base: points, name: "own", window, gamma: 1, opacity };
   return { ...known, window, gamma: gammaOf(points, points.length === known.base.length ? known.base : fineBase(known.base)), opacity };
 }
@@ -47,7 +46,7 @@ export function fineBase(base: readonly TransferPoint[]): readonly TransferPoint
   });
 }
 
-// The text of the transfer function: the preset's name where nothing differs from it.
+// The text of the transfer function: the preset's name where nothing differs from it, or where its points are not known.
 export function transferOf(contrast: Contrast, channel: ChannelInfo): string {
   const { name, window: [black, white], gamma, opacity } = contrast;
   const base = gamma === 1 ? contrast.base : fineBase(contrast.base);
@@ -63,23 +62,23 @@ export function transferOf(contrast: Contrast, channel: ChannelInfo): string {
     };
   });
   const text = formatPoints(points);
-  const own = parsePoints(channel.transfer ?? "") ?? [];
-  return isPreset(name) && text === formatPoints(presetPoints(name, own) ?? []) ? name : text;
+  if (!isPreset(name)) return text;
+  const preset = presetPoints(name, channel);
+  return preset === null || text === formatPoints(preset) ? name : text;
 }
 
-// The same window and brightness in other colours.
+// The same window and brightness in other colours; those that are by tissue have a window of their own.
 export function withPreset(contrast: Contrast, channel: ChannelInfo, name: Preset): Contrast {
-  const base = presetPoints(name, parsePoints(channel.transfer ?? "") ?? []) ?? contrast.base;
+  const base = presetPoints(name, channel) ?? contrast.base;
   const [first, last] = [base[0], base.at(-1)];
-  const isFixed = name.startsWith("ct-") || name === "angiography" || contrast.name.startsWith("ct-") || contrast.name === "angiography";
-  if (!isFixed || !first || !last) return { ...contrast, base, name };
+  const keepsWindow = !isByTissue(name, channel) && !isByTissue(contrast.name, channel);
+  if (keepsWindow || !first || !last) return { ...contrast, base, name };
   return { base, name, window: [first.value, last.value], gamma: 1, opacity: last.opacity };
 }
 
 // From dark to full, as the server colours several channels.
 export function withColour(contrast: Contrast, channel: ChannelInfo, colour: string): Contrast {
-  const own = parsePoints(channel.transfer ?? "") ?? [];
-  return { ...contrast, base: colouredBase(own, colour), name: "colour" };
+  return { ...contrast, base: colouredBase(ownPoints(channel) ?? [], colour), name: "colour" };
 }
 
 // The window from which to which this share of the voxels lies.
@@ -108,14 +107,14 @@ function colouredBase(own: readonly TransferPoint[], colour: string): readonly T
 }
 
 // What these points are but for window, gamma and opacity: their colours tell.
-function knownBase(points: readonly TransferPoint[], own: readonly TransferPoint[]): Pick<Contrast, "base" | "name"> | null {
+function knownBase(points: readonly TransferPoint[], channel: ChannelInfo): Pick<Contrast, "base" | "name"> | null {
   const hasColoursOf = (base: readonly TransferPoint[] | null): base is readonly TransferPoint[] =>
     base !== null && base.length === points.length && base.every(({ colour }, i) => colour === points[i]?.colour);
   for (const name of ["auto", ...Object.keys(kMaps)]) {
-    const base = isPreset(name) ? presetPoints(name, own) : null;
+    const base = isPreset(name) ? presetPoints(name, channel) : null;
     if (base !== null && isPreset(name) && (hasColoursOf(base) || hasColoursOf(fineBase(base)))) return { base, name };
   }
-  const coloured = colouredBase(own, points.at(-1)?.colour ?? "");
+  const coloured = colouredBase(ownPoints(channel) ?? [], points.at(-1)?.colour ?? "");
   return hasColoursOf(coloured) ? { base: coloured, name: "colour" } : null;
 }
 

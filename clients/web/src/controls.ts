@@ -98,7 +98,7 @@ export class Controls {
     const areLabels = channels.some((channel) => channel.areLabels);
     this.smooth.disabled = areLabels;
     const auto = this.preset.querySelector("option[value=auto]");
-    if (auto !== null) auto.textContent = areLabels ? "A colour each label" : "From the histogram";
+    if (auto !== null) auto.textContent = areLabels ? "A colour each label" : "Automatic";
     this.ortho.checked = view.ortho !== null;
     this.lit.checked = view.lit;
     this.isoRange = view.ranges[surfaceOf] ?? this.isoRange;

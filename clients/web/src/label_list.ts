@@ -5,7 +5,7 @@
 // Between two labels there is nothing, so a function only has to be right at each of them. Up to as many labels as a
 // function has points each has its own; of more, those in a row that are hidden or shown share two.
 
-import { formatPoints, kMostPoints, parsePoints, pointsOf, type TransferPoint } from "./transfer";
+import { formatPoints, kMostPoints, ownPoints, pointsOf, type TransferPoint } from "./transfer";
 import { sampleAt, type Points } from "./transfer_edit";
 import type { ChannelInfo, Histogram } from "./volume_info";
 
@@ -20,11 +20,12 @@ export interface Label {
 export interface LabelList {
   readonly labels: readonly Label[]; // ascending, those that are in the data
   readonly isWhole: boolean; // false: there are more than are listed
+  readonly channel: ChannelInfo;
   readonly own: Points; // the channel's transfer function
 }
 
 export function labelsOf(channel: ChannelInfo): LabelList {
-  const own = parsePoints(channel.transfer ?? "") ?? [];
+  const own = ownPoints(channel) ?? [];
   const [first, last] = [Math.ceil(channel.densityRange[0]), Math.floor(channel.densityRange[1])];
   const isWhole = last - first < kMostLabels;
   const every = isWhole ? Array.from({ length: Math.max(0, last - first + 1) }, (_, i) => first + i) : [];
@@ -36,7 +37,7 @@ export function labelsOf(channel: ChannelInfo): LabelList {
     name: channel.labels.get(value) || null,
     count: areAlone ? countIn(channel.histogram, value) : null,
   }));
-  return { labels, isWhole, own };
+  return { labels, isWhole, channel, own };
 }
 
 // Of all values that share a bar of the histogram; a label without a voxel there is in none of the data.
@@ -46,8 +47,8 @@ function countIn({ lo, hi, counts }: Histogram, value: number): number {
 }
 
 // Which labels a transfer function shows, in the order of the list.
-export function shownIn({ labels, own }: LabelList, transfer: string): readonly boolean[] {
-  return opacitiesAt(pointsOf(transfer, own), labels.map(({ value }) => value)).map((opacity) => opacity > 0);
+export function shownIn({ labels, channel }: LabelList, transfer: string): readonly boolean[] {
+  return opacitiesAt(pointsOf(transfer, channel), labels.map(({ value }) => value)).map((opacity) => opacity > 0);
 }
 
 // The transfer function that shows these and no others, in the colours it has now. Null where it takes more points than
@@ -57,7 +58,7 @@ export function withShown(list: LabelList, transfer: string, shown: readonly boo
   const isEach = list.isWhole && states.length <= kMostPoints;
   const all = isEach ? states : withOthers(list, states);
   const values = all.map(({ value }) => value);
-  const now = pointsOf(transfer, list.own);
+  const now = pointsOf(transfer, list.channel);
   const [own, usual] = [opacitiesAt(now, values), opacitiesAt(list.own, values)];
   const opacities = all.map(({ isShown }, i) => (!isShown ? 0 : (own[i] ?? 0) > 0 ? (own[i] ?? 0) : (usual[i] ?? 1)));
   const kept = isEach ? all.map((_, i) => i) : fewer(values, opacities, new Set(list.own.map(({ value }) => value)));

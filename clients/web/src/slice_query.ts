@@ -7,7 +7,7 @@ import { pictureAxes, type PlanePoint, type SlicePlane } from "./slice_plane";
 import type { SliceState } from "./slice_state";
 import { length, scale, subtract, type Vec3 } from "./vector";
 import type { ViewState } from "./view_state";
-import { formatPoints, isPreset, kMostPoints, parsePoints, presetPoints } from "./transfer";
+import { formatPoints, isPreset, kMostPoints, ownPoints, parsePoints, presetPoints } from "./transfer";
 import { leastGap, resampled } from "./transfer_edit";
 import type { ChannelInfo, VolumeInfo } from "./volume_info";
 
@@ -42,9 +42,8 @@ export function colourParts(view: ViewState, volume: VolumeInfo, isGrey: boolean
 
 // What has no opacity in 3D below the first point has no colour here: it is black.
 function onBlack(transfer: string, channel: ChannelInfo | undefined): string {
-  const own = parsePoints(channel?.transfer ?? "");
-  if (channel === undefined || channel.areLabels || own === null) return transfer;
-  const points = isPreset(transfer) ? presetPoints(transfer, own) : parsePoints(transfer);
+  if (channel === undefined || channel.areLabels || ownPoints(channel) === null) return transfer;
+  const points = isPreset(transfer) ? presetPoints(transfer, channel) : parsePoints(transfer);
   const [first, last] = [points?.[0], points?.at(-1)];
   if (points === null || first === undefined || last === undefined || !(last.value > first.value) || first.opacity > 0 || first.colour === "000000") return transfer;
   // No two points may have one value, in the text either, and there is room for so many.

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 // Transfer functions as points and as text, value:rrggbb:opacity,... with ascending values, and the presets' points.
 
+import { bodyOf, type Body } from "./channel_body";
 import { kPresets, type Preset } from "./protocol";
-import type { Range } from "./volume_info";
+import type { ChannelInfo, Range } from "./volume_info";
 
 export interface TransferPoint {
   readonly value: number; // data units
@@ -28,6 +29,7 @@ const kHounsfield: Readonly<Partial<Record<Preset, string>>> = {
   "ct-soft-tissue": "-200:e8c39e:0,-90:e8c39e:0.012,20:c8694c:0.06,80:b04a3a:0.15,200:e8d8bc:0.4,1000:ffffff:0.8",
   angiography: "120:5a0c0c:0,180:b01818:0.2,350:e04a2a:0.6,600:f5dcc0:0.7,1500:ffffff:0.8",
 };
+const kHounsfieldUnits = ["hu", "hounsfield", "hounsfield units"];
 const kWater = 0;
 const kLeastHounsfield = -4096;
 
@@ -46,10 +48,16 @@ export function parsePoints(text: string): readonly TransferPoint[] | null {
   return points.length <= kMostPoints && points.every(isFine) ? points : null;
 }
 
-// The points of a transfer function's text for a channel whose own one is `own`: a preset's, or those it has. Of a preset
-// that is not known for the channel, the channel's own.
-export function pointsOf(transfer: string, own: readonly TransferPoint[]): readonly TransferPoint[] {
-  return (isPreset(transfer) ? presetPoints(transfer, own) : parsePoints(transfer)) ?? own;
+// The points of a transfer function's text for a channel: a preset's, or those it has. Of a preset that is not known for
+// the channel, the channel's own.
+export function pointsOf(transfer: string, channel: ChannelInfo): readonly TransferPoint[] {
+  return (isPreset(transfer) ? presetPoints(transfer, channel) : parsePoints(transfer)) ?? ownPoints(channel) ?? [];
+}
+
+// Of a channel that nobody has given colours: a ramp's three points, or what its labels or its unit say. Null where voxels
+// have their colours.
+export function ownPoints({ transfer }: ChannelInfo): readonly TransferPoint[] | null {
+  return parsePoints(transfer ?? "");
 }
 
 const numberOf = (text: string): number => (text === "" ? NaN : Number(text));
@@ -60,21 +68,34 @@ export function formatPoints(points: readonly TransferPoint[]): string {
 
 const short = (value: number, digits: number): number => Number(value.toPrecision(digits));
 
-// A preset as the server makes it for a channel whose own transfer function is `own`. Null where it is not known.
-export function presetPoints(name: Preset, own: readonly TransferPoint[]): readonly TransferPoint[] | null {
-  if (name === "auto") return own;
+// A preset as the server makes it for a channel. Null where it is not known.
+export function presetPoints(name: Preset, channel: ChannelInfo): readonly TransferPoint[] | null {
+  if (name === "auto") return ownPoints(channel);
   const fixed = kHounsfield[name];
   if (fixed !== undefined) return parsePoints(fixed);
-  const [first, middle, last] = own;
+  const body = rampOf(channel) ?? bodyOf(channel);
+  if (body === null) return null;
+  const [first, middle, last] = body;
   const colours: readonly string[] = kMaps[name as MapName];
-  if (!first || !middle || !last || own.length !== 3) return null;
   return colours.map((colour, i) => {
-    const value = first.value + (i / (colours.length - 1)) * (last.value - first.value);
-    const opacity = value < middle.value
-      ? (kThinOpacity * (value - first.value)) / (middle.value - first.value)
-      : kThinOpacity + ((kBodyOpacity - kThinOpacity) * (value - middle.value)) / (last.value - middle.value);
+    const value = first + (i / (colours.length - 1)) * (last - first);
+    const opacity = value < middle
+      ? (kThinOpacity * (value - first)) / (middle - first)
+      : kThinOpacity + ((kBodyOpacity - kThinOpacity) * (value - middle)) / (last - middle);
     return { value, colour, opacity };
   });
+}
+
+// The values of the channel's own transfer function, where that is a ramp over its body.
+function rampOf(channel: ChannelInfo): Body | null {
+  const [first, middle, last, ...others] = ownPoints(channel) ?? [];
+  if (channel.areLabels || !first || !middle || !last || others.length > 0) return null;
+  return [first.value, middle.value, last.value];
+}
+
+// Whether a preset's values are those of tissues, and no map's over the body of the data: CT has such an `auto` too.
+export function isByTissue(name: string, channel: ChannelInfo): boolean {
+  return name === "auto" ? rampOf(channel) === null : name in kHounsfield;
 }
 
 // Whether a preset in Hounsfield units shows something sensible of values in this range and unit.
@@ -82,7 +103,7 @@ export function fitsPreset(name: Preset, [lo, hi]: Range, unit: string | null): 
   const fixed = kHounsfield[name];
   if (fixed === undefined) return true;
   if (!(hi > (parsePoints(fixed)?.[0]?.value ?? Infinity))) return false;
-  return unit === "HU" || (unit === null && lo < kWater && lo >= kLeastHounsfield);
+  return unit === null ? lo < kWater && lo >= kLeastHounsfield : kHounsfieldUnits.includes(unit.toLowerCase());
 }
 
 // CSS of the colours from left to right where `lo` stands at the left and `hi` at the right.

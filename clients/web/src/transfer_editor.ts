@@ -10,7 +10,7 @@ import { bindFileButton, safeName, saveText } from "./local_files";
 import { fittedMap, kMostFileBytes, parseMapFile, writeMapJson } from "./map_files";
 import { withMember } from "./members";
 import { kPresets, type Preset } from "./protocol";
-import { fitsPreset, formatPoints, isPreset, kMostPoints, parsePoints, pointsOf } from "./transfer";
+import { fitsPreset, formatPoints, isPreset, kMostPoints, pointsOf } from "./transfer";
 import { besides, inserted, leastGap, moved, recoloured, without, type Edited, type Points } from "./transfer_edit";
 import { TransferPlot } from "./transfer_plot";
 import type { Toasts } from "./toasts";
@@ -21,7 +21,7 @@ import type { ChannelInfo, VolumeInfo } from "./volume_info";
 
 const kThumbSize = [88, 66] as const;
 const kNames: Readonly<Record<Preset, string>> = {
-  auto: "Histogram", grey: "Grey", viridis: "Viridis", cividis: "Cividis", inferno: "Inferno", "ct-bone": "CT bone", "ct-soft-tissue": "CT soft", angiography: "Angiography",
+  auto: "Automatic", grey: "Grey", viridis: "Viridis", cividis: "Cividis", inferno: "Inferno", "ct-bone": "CT bone", "ct-soft-tissue": "CT soft", angiography: "Angiography",
 };
 
 export class TransferEditor {
@@ -106,7 +106,7 @@ export class TransferEditor {
   }
 
   private points(): Points {
-    return pointsOf(this.view?.transfers[this.number] ?? "auto", parsePoints(this.channel?.transfer ?? "") ?? []);
+    return this.channel === null ? [] : pointsOf(this.view?.transfers[this.number] ?? "auto", this.channel);
   }
 
   // As wide as the data, and as the points that lie beyond it.

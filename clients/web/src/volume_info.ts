@@ -40,6 +40,7 @@ export interface ChannelInfo {
   readonly colour: string | null; // rrggbb, its own transfer function's last point; null where voxels have their colours
   readonly transfer: string | null; // its own transfer function; null where voxels have their colours
   readonly unit: string | null; // of its values: HU, 1/cm
+  readonly window: Range | null; // what the file says to show first
   readonly areLabels: boolean; // its values are names of things, with nothing between them
   readonly labels: ReadonlyMap<number, string>; // names of values, where the volume has them
 }
@@ -159,6 +160,7 @@ function parseChannels(entries: readonly unknown[], view: Fields): readonly Chan
       colour: isOwn ? null : lastColour(transfer),
       transfer: typeof transfer === "string" ? transfer : null,
       unit: fields.has("unit") ? fields.string("unit") : null,
+      window: fields.has("window") ? fields.pair("window") : null,
       areLabels: fields.has("values") && fields.string("values") === "labels",
       labels: parseLabels(fields),
     };

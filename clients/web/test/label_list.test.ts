@@ -67,7 +67,7 @@ test("of more labels than points those in a row share two, exactly", () => {
     check(list, text, hidden);
   }
   const text = toggled(list, "auto", (value) => value === 777);
-  const coloursOf = (tf: string): readonly string[] => [10, 775, 4000, 19000].map((value) => sampleAlong(pointsOf(tf, list.own), value).colour);
+  const coloursOf = (tf: string): readonly string[] => [10, 775, 4000, 19000].map((value) => sampleAlong(pointsOf(tf, list.channel), value).colour);
   assert.deepEqual(coloursOf(text), coloursOf("auto"));
   assert.equal(toggled(list, text, () => false), "auto");
   assert.equal(withShown(list, "auto", list.labels.map((_, i) => i % 2 === 0)), null, "in turns they need more than there are");

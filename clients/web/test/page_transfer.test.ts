@@ -8,6 +8,7 @@ import type { Page } from "playwright-core";
 import { changeAndSettle, partOf, readAddress, waitForFinal } from "./browser";
 import { kCells, run, screenshot } from "./page_run";
 import type { MockServer } from "./mock_server";
+import { sampleCt } from "./sample_volume";
 
 const kVessels = { hash: "#volume=vessels&tf=50:000000:0,100:ff0000:0.5,200:ffffff:1" };
 const open = async (page: Page, channel = 0): Promise<void> => {
@@ -174,4 +175,50 @@ test("voxels of their own colours have no transfer function, and another volume 
   await page.waitForFunction(() => document.title.startsWith("fossil"));
   assert.equal(await page.locator("#tf-editor").isVisible(), false);
   assert.equal(await page.locator(partOf(0, ".edit-transfer")).isVisible(), false);
+}));
+
+const kCt = { volumes: [{ id: "abdomen", state: "ready", type: "u16", fields: sampleCt("abdomen") }] } as const;
+
+test("of CT, whose own colours are by tissue, maps, one colour and the window are chosen, and the first colours come back", () => run(kCt, async ({ page, mock }) => {
+  await waitForFinal(page);
+  const chosen = (): Promise<string> => page.inputValue("#preset");
+  const choose = (name: string): Promise<void> => changeAndSettle(page, async () => void (await page.selectOption("#preset", name)));
+  assert.equal(await chosen(), "auto");
+  for (const name of ["grey", "viridis", "cividis", "inferno", "ct-bone", "ct-soft-tissue", "angiography", "auto"]) {
+    await choose(name);
+    assert.equal(tfOf(mock), name);
+    assert.equal(await chosen(), name);
+  }
+  await page.fill(partOf(0, ".white-value"), "400");
+  await changeAndSettle(page, () => page.keyboard.press("Enter"));
+  assert.match(tfOf(mock), /^-200:e8c39e:0,-145:.*,400:ffffff:0.8$/);
+  assert.equal(await chosen(), "auto", "the same colours in another window");
+  await choose("colour");
+  assert.match(tfOf(mock), /,400:ffffff:0.8$/);
+  assert.equal(await chosen(), "colour");
+  await changeAndSettle(page, () => page.fill("#preset-colour", "#ff0000"));
+  assert.match(tfOf(mock), /^-200:590000:0,.*,400:ff0000:0.8$/);
+  await choose("viridis");
+  await changeAndSettle(page, () => page.click(partOf(0, ".auto-contrast")));
+  assert.match(tfOf(mock), /:440154:0,.*:21918c:.*:fde725:/);
+  assert.equal(await chosen(), "viridis");
+  await changeAndSettle(page, () => page.click(partOf(0, ".reset-contrast")));
+  assert.equal(tfOf(mock), "auto");
+  assert.equal(await chosen(), "auto");
+}));
+
+test("of CT the editor has the points of each preset", () => run(kCt, async ({ page, mock }) => {
+  await open(page);
+  assert.match(await page.innerText("#tf-which"), /1 of 6/);
+  await page.waitForFunction(() => document.querySelectorAll("#tf-presets canvas[data-drawn]").length === 8);
+  assert.deepEqual(mock.images.map((query) => new URLSearchParams(query).get("tf") ?? "auto").sort(), ["angiography", "auto", "cividis", "ct-bone", "ct-soft-tissue", "grey", "inferno", "viridis"]);
+  await changeAndSettle(page, () => page.click("#tf-presets [data-preset=viridis]"));
+  assert.equal(tfOf(mock), "viridis");
+  assert.match(await page.innerText("#tf-which"), /1 of 11/);
+  assert.equal(await page.inputValue("#tf-value"), "-988.28125");
+  await changeAndSettle(page, () => page.click("#tf-presets [data-preset=auto]"));
+  assert.equal(tfOf(mock), "auto");
+  await page.fill("#tf-opacity", "0.001");
+  await changeAndSettle(page, () => page.keyboard.press("Enter"));
+  assert.match(tfOf(mock), /^-200:e8c39e:0.001,-90:/);
 }));

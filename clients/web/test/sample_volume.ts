@@ -42,6 +42,15 @@ export function sampleVolume(id: string, type: string, names: readonly string[] 
   };
 }
 
+// CT as the server sees it first: air, soft tissue and bone, and colours by tissue.
+export function sampleCt(id: string) {
+  const volume = sampleVolume(id, "u16");
+  const counts = Array.from({ length: 256 }, (_, i) => ({ 2: 9000, 120: 5000, 250: 500 })[i] ?? 0);
+  const channel = { ...volume.channels[0], unit: "HU", density_range: [-999, 1500], histogram: { lo: -1000, hi: 1500, counts } };
+  const tf = "-200:e8c39e:0,-90:e8c39e:0.012,20:c8694c:0.06,80:b04a3a:0.15,200:e8d8bc:0.4,1000:ffffff:0.8";
+  return { ...volume, ...channel, id, name: `${id} of the mock`, channels: [channel], default_view: { ...volume.default_view, range: [-999, 1500], tf } };
+}
+
 // Labels from 1 to `count`, some of them with names; no voxel is a 5 where each has a bar of the histogram.
 export function sampleLabels(id: string, count: number, names: Readonly<Record<number, string>> = {}) {
   const volume = sampleVolume(id, count < 256 ? "u8" : count < 65536 ? "u16" : "f32");

@@ -2,6 +2,8 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { formatPoints, kMostPoints, parsePoints, pointsOf } from "../src/transfer";
+import { parseVolumeInfo } from "../src/volume_info";
+import { sampleVolume } from "./sample_volume";
 import { ascending, besides, inserted, leastGap, moved, recoloured, resampled, sampleAt, without, type Points } from "../src/transfer_edit";
 
 const points = (text: string): Points => {
@@ -60,7 +62,9 @@ test("fewer points keep ends and course", () => {
 });
 
 test("a preset has points too", () => {
-  assert.equal(pointsOf("auto", kThree), kThree);
-  assert.equal(pointsOf("viridis", kThree).length, 11);
-  assert.equal(pointsOf("1:ffffff:1", kThree).length, 1);
+  const channel = parseVolumeInfo(sampleVolume("vessels", "u8")).channels[0];
+  assert.ok(channel);
+  assert.equal(formatPoints(pointsOf("auto", channel)), channel.transfer);
+  assert.equal(pointsOf("viridis", channel).length, 11);
+  assert.equal(pointsOf("1:ffffff:1", channel).length, 1);
 });
