@@ -176,7 +176,7 @@ constexpr std::array kFields = {
               parseAttenuation},
     ViewField{"tf", "value:rrggbb:opacity,...|PRESET[;...]",
               "scalars: transfer function, ascending, or grey, viridis, cividis, inferno, ct-bone, ct-soft-tissue, "
-              "angiography; one a channel (auto: from the histogram)",
+              "angiography; one a channel (auto: of CT ct-soft-tissue, else from the histogram)",
               parseTf},
     ViewField{"tf-shape", "linear|stepped", "between the points of tf: linear, or held up to the next (linear)",
               [](ImageRequest& request, Text text) {

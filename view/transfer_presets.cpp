@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cmath>
 #include <span>
 #include <string_view>
@@ -171,6 +172,21 @@ constexpr std::array<FixedPoint, 6> kSoftTissue{{{-200, 0xe8c39e, 0},
                                                  {1000, 0xffffff, 0.8}}};
 constexpr std::array<FixedPoint, 5> kVessels{
     {{120, 0x5a0c0c, 0}, {180, 0xb01818, 0.2}, {350, 0xe04a2a, 0.6}, {600, 0xf5dcc0, 0.7}, {1500, 0xffffff, 0.8}}};
+// 200, where kSoftTissue has come to the colour of bone: spongy bone is as dense, no soft tissue is. What ends below
+// it, a phantom or a part that was cut out, would be of one colour or two; the ramp of its own histogram tells more
+// apart.
+constexpr double kLeastBone = kSoftTissue[4].value;
+
+// CT: the same tissue has the same value in every scan.
+bool isHounsfield(const ChannelInfo& channel) {
+  std::string unit = channel.unit;
+  std::ranges::transform(unit, unit.begin(), [](unsigned char c) { return std::tolower(c); });
+  return unit == "hu" || unit == "hounsfield" || unit == "hounsfield units";
+}
+
+bool isBodyInCt(const VolumeInfo& info, const ChannelInfo& channel) {
+  return info.channels.size() == 1 && isHounsfield(channel) && channel.dataFromStored(channel.density_max) > kLeastBone;
+}
 
 }  // namespace
 
@@ -184,7 +200,8 @@ std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInf
   const ChannelInfo& channel = info.channels[number];
   switch (preset) {
     case TransferPreset::automatic:
-      return channel.values == ChannelValues::labels ? labelTransfer(channel) : automatic(info, number);
+      if (channel.values == ChannelValues::labels) return labelTransfer(channel);
+      return isBodyInCt(info, channel) ? hounsfield(channel, "ct-soft-tissue", kSoftTissue) : automatic(info, number);
     case TransferPreset::grey:
       return ramp(info, channel, kGrey);
     case TransferPreset::viridis:

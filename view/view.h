@@ -174,10 +174,10 @@ struct ViewError : DataError {
 // Of one among several channels: its own, else one that its neighbours have not.
 Color channelColor(const ChannelInfo& channel, std::size_t number);
 
-// The points of a preset for a channel; automatic: from the histogram, transparent below the body of the data, above it
-// a warm ramp or, of several channels, one from dark to full in the channel's colour; of labels a colour each. The
-// colour maps run over the body of the data. Throws ViewError for a CT preset where the channel's values cannot be
-// Hounsfield units.
+// The points of a preset for a channel; automatic: of CT, one channel in Hounsfield units that reaches bone, those of
+// ct-soft-tissue; of labels a colour each; else from the histogram, transparent below the body of the data, above it a
+// warm ramp or, of several channels, one from dark to full in the channel's colour. The colour maps run over the body
+// of the data, of CT too. Throws ViewError for a CT preset where the channel's values cannot be Hounsfield units.
 std::vector<TransferPoint> presetTransfer(TransferPreset preset, const VolumeInfo& info, std::size_t number);
 
 }  // namespace blockwalk

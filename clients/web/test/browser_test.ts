@@ -8,6 +8,7 @@ import { join, parse } from "node:path";
 import { after, before, test } from "node:test";
 import type { Browser, Page } from "playwright-core";
 import { colourParts } from "../src/slice_query";
+import { formatPoints, presetPoints } from "../src/transfer";
 import { initialView } from "../src/view_state";
 import { parseVolumeInfo } from "../src/volume_info";
 import {
@@ -16,12 +17,13 @@ import {
 import { blockwalk, Daemon, freePort } from "./daemon";
 
 const folder = mkdtempSync(join(tmpdir(), "blockwalk-browser-"));
-const volumes = ["fossil", "tissue", "corner"].map((name) => join(folder, `${name}.bwv`)); // rgba8, three channels of u16, a small thing
+const volumes = ["fossil", "tissue", "corner", "patient"].map((name) => join(folder, `${name}.bwv`)); // rgba8, three channels of u16, a small thing, CT
 let browser: Browser;
 let daemon: Daemon;
 
 before(async () => {
   makeCorner(volumes[2] ?? "");
+  makePatient(volumes[3] ?? "");
   for (const path of volumes.slice(0, 2)) blockwalk("demo", parse(path).name, "-o", path, "--size", "96");
   daemon = await Daemon.start(await freePort(), volumes);
   browser = await launchBrowser();
@@ -37,6 +39,20 @@ function makeCorner(path: string): void {
   }
   writeFileSync(join(folder, "corner.raw"), voxels);
   blockwalk("import", join(folder, "corner.raw"), "-o", path, "--dims", "64x64x64", "--type", "u8");
+}
+
+// A bone in muscle in air, in Hounsfield units.
+function makePatient(path: string): void {
+  const side = 48;
+  const voxels = Buffer.alloc(2 * side ** 3);
+  for (let i = 0; i < side ** 3; ++i) {
+    const [x, y, z] = [i % side, Math.floor(i / side) % side, Math.floor(i / side ** 2)];
+    const away = Math.hypot(x - 24, y - 24);
+    voxels.writeInt16LE((away < 5 ? 700 : away < 20 ? 50 : -1000) + ((7 * x + 5 * y + 3 * z) % 11), 2 * i);
+  }
+  const header = ["NRRD0004", "type: int16", "dimension: 3", `sizes: ${side} ${side} ${side}`, 'sample units: "HU"', "encoding: raw", "endian: little", "", ""].join("\n");
+  writeFileSync(join(folder, "patient.nrrd"), Buffer.concat([Buffer.from(header), voxels]));
+  blockwalk("import", join(folder, "patient.nrrd"), "-o", path, "--values", "intensity");
 }
 
 after(async () => {
@@ -194,6 +210,46 @@ test("contrast, a cut and a parallel picture are drawn, and the address restores
   await open(`#${address.toString()}`, async (copy) => {
     assert.ok(difference(picture, await readPicture(copy)) < 0.01);
   });
+}));
+
+const kMapNames = ["grey", "viridis", "cividis", "inferno"] as const;
+
+test("the points of a map are those that the server draws", async () => {
+  for (const id of ["patient", "corner", "tissue"]) {
+    const address = `http://127.0.0.1:${daemon.port}/api/v1/volumes/${id}`;
+    const { channels } = parseVolumeInfo((await (await fetch(address)).json()) as unknown);
+    const picture = async (tf: string): Promise<Buffer> => Buffer.from(await (await fetch(`${address}/image?size=96x64&filter=linear&format=raw&tf=${tf}`)).arrayBuffer());
+    for (const name of kMapNames) {
+      const points = channels.map((channel) => formatPoints(presetPoints(name, channel) ?? []));
+      const [own, servers] = [await picture(points.join(";")), await picture(channels.map(() => name).join(";"))];
+      assert.equal(own.length, servers.length);
+      assert.ok(own.every((part, i) => Math.abs(part - (servers[i] ?? 0)) <= 1), `${name} of ${id}: ${points.join(";")}`);
+    }
+  }
+});
+
+test("of CT every map changes the picture, in its own window and in another, and the first one comes back", () => open("#volume=patient", async (page) => {
+  const first = await readPicture(page);
+  const choose = async (name: string): Promise<readonly number[]> => {
+    await changeAndSettle(page, async () => void (await page.selectOption("#preset", name)));
+    return readPicture(page);
+  };
+  const shown = [first];
+  for (const name of [...kMapNames, "ct-bone"]) {
+    const picture = await choose(name);
+    for (const other of shown) assert.ok(difference(other, picture) > 0.02, name);
+    shown.push(picture);
+  }
+  const map = await choose("viridis");
+  await page.fill(partOf(0, ".white-value"), "2500");
+  await changeAndSettle(page, () => page.keyboard.press("Enter"));
+  assert.ok(difference(map, await readPicture(page)) > 0.02, "another window");
+  assert.equal(await page.inputValue("#preset"), "viridis");
+  assert.ok(difference(first, await choose("auto")) < 0.01);
+  assert.ok(difference(first, await choose("colour")) > 0.02);
+  await changeAndSettle(page, () => page.click(partOf(0, ".reset-contrast")));
+  assert.ok(difference(first, await readPicture(page)) < 0.01);
+  assert.equal((await readAddress(page)).has("tf"), false);
 }));
 
 test("a double click turns about what is there", () => open("", async (page) => {
