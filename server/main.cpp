@@ -28,7 +28,7 @@ blockwalk::DeviceOptions deviceOptions(const blockwalk::ServerOptions& options) 
 void keepMemorySmall() {
   mallopt(M_MMAP_THRESHOLD, 1 << 20);
   mallopt(M_TRIM_THRESHOLD, 4 << 20);
-  mallopt(M_ARENA_MAX, 4);
+  mallopt(M_ARENA_MAX, 2);
 }
 
 int serve(const std::vector<std::string>& arguments) {

@@ -57,7 +57,7 @@ void PagePool::drop(Pages::iterator page) {
   std::vector<Holder>& holders = dropped.front().holders;
   try {
     for (; !holders.empty(); holders.pop_back()) {
-      holders.back().voxels->lose(holders.back().block, dropped.front().voxels.bytes());
+      holders.back().voxels->lose(holders.back().block, dropped.front().bytes());
     }
   } catch (...) {  // the device still reads it
     relink(std::move(dropped));
@@ -95,14 +95,14 @@ void PagePool::awaitTurn(Asker asker) {
 }
 
 PagePool::Pages::iterator PagePool::add(Page page) {
-  bytes_ += page.voxels.bytes();
+  bytes_ += page.bytes();
   pages_.push_front(std::move(page));
   ++changes_;
   return pages_.begin();
 }
 
 PagePool::Pages PagePool::unlink(Pages::iterator page) {
-  bytes_ -= page->voxels.bytes();
+  bytes_ -= page->bytes();
   ++changes_;
   Pages alone;
   alone.splice(alone.begin(), pages_, page);
@@ -111,7 +111,7 @@ PagePool::Pages PagePool::unlink(Pages::iterator page) {
 
 // To where it was: among those used as long ago.
 PagePool::Pages::iterator PagePool::relink(Pages page) {
-  bytes_ += page.front().voxels.bytes();
+  bytes_ += page.front().bytes();
   ++changes_;
   const std::uint64_t used = page.front().used;
   const Pages::iterator at = page.begin();

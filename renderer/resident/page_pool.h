@@ -12,7 +12,8 @@
 #include <vector>
 
 #include "renderer/resident/upload_pace.h"
-#include "renderer/vulkan/buffer.h"
+#include "renderer/vulkan/host_share.h"
+#include "renderer/vulkan/slice.h"
 
 namespace blockwalk {
 
@@ -30,8 +31,14 @@ class PagePool {
     std::uint64_t used = 0;       // the newest moment() at which a ray came to it
     std::uint64_t asker = 0;      // whose that was
     bool is_ahead = false;        // brought in for what may come, and not used yet
-    Buffer voxels;
+    Slice voxels;
+    HostShare on_host;  // kHostBytes
+    std::uint64_t bytes() const { return voxels.bytes() + on_host.bytes(); }
   };
+  // Of a page beside its voxels: itself in a list, and one holder.
+  static constexpr std::uint64_t kHostBytes = sizeof(Page) + sizeof(Holder) + 8 * sizeof(void*);
+  // That one with so many bytes of voxels takes.
+  static constexpr std::uint64_t bytesFor(std::uint64_t voxels) { return Slice::bytesFor(voxels) + kHostBytes; }
   using Pages = std::list<Page>;  // the one used last comes first
 
   explicit PagePool(std::uint64_t most_bytes) : most_bytes_(most_bytes) {}

@@ -63,7 +63,7 @@ void PagedVoxels::share(PagePool::Pages::iterator page, std::uint32_t block) {
   setAddress(block, page->voxels.address());
   page->holders.push_back({.voxels = this, .block = block});
   present_[block] = page;
-  bytes_ += page->voxels.bytes();
+  bytes_ += page->bytes();
 }
 
 void PagedVoxels::lose(std::uint32_t block, std::uint64_t bytes) {
@@ -210,7 +210,7 @@ bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
   const auto begun = std::chrono::steady_clock::now();
   std::uint64_t bytes = 0;
   for (std::size_t i = 0; i < batch.blocks.size(); ++i) {
-    if (!isPresent(batch.blocks[i])) bytes += batch.voxels[i].size();
+    if (!isPresent(batch.blocks[i])) bytes += PagePool::bytesFor(batch.voxels[i].size());
   }
   pool_.makeRoom(bytes, sweep);  // at once, as far as that goes
   std::vector<std::uint32_t> arrived;
@@ -223,22 +223,24 @@ bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
       continue;
     }
     if (isPresent(block)) continue;
-    has_room = pool_.makeRoom(batch.voxels[i].size(), sweep);
+    has_room = pool_.makeRoom(PagePool::bytesFor(batch.voxels[i].size()), sweep);
     if (!has_room) break;
     PagePool::Page page{.holders = {{.voxels = this, .block = block}},
                         .used = pool_.moment(),
                         .asker = sweep.asker,
                         .is_ahead = sweep.is_ahead,
-                        .voxels = {}};
+                        .voxels = {},
+                        .on_host = {}};
     try {
-      page.voxels = Buffer(device_, batch.voxels[i].size(), BufferUse::resident);
-      uploadBytes(device_, page.voxels, batch.voxels[i]);
+      page.voxels = Slice(device_, batch.voxels[i].size());
+      page.voxels.upload(batch.voxels[i]);
+      page.on_host = HostShare(device_, PagePool::kHostBytes);
       setAddress(block, page.voxels.address());
     } catch (const OutOfDeviceMemory&) {  // others have taken what the pool may have
       has_room = false;
       break;
     }
-    bytes_ += page.voxels.bytes();
+    bytes_ += page.bytes();
     present_[block] = pool_.add(std::move(page));
     arrived.push_back(block);
     ++arrived_;

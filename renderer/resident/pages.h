@@ -78,8 +78,10 @@ class PagedVoxels {
   // Whether something was not brought in for him for want of room, since the last time that this was asked.
   bool wasShort(Asker asker);
   void forget(Asker asker) noexcept { wishes_.erase(asker); }
-  // That the block's voxels take on the device.
-  std::uint64_t blockBytes(std::uint32_t block) const { return readers_.front()->blockBytes(block); }
+  // That the block's page takes.
+  std::uint64_t blockBytes(std::uint32_t block) const {
+    return PagePool::bytesFor(readers_.front()->blockBytes(block));
+  }
 
   // Why the last one that could not be read could not; empty: all could. Such blocks stay absent until tryAgain().
   const std::string& failure() const { return failure_; }

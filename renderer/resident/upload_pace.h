@@ -15,7 +15,7 @@ class UploadPace {
   static constexpr Time kDeadline{4000};  // an eighth of a frame, of 30 a second
   static constexpr std::uint64_t kLeast = std::uint64_t{1} << 20;
   static constexpr std::uint64_t kFirst = std::uint64_t{4} << 20;
-  static constexpr std::uint64_t kMost = std::uint64_t{16} << 20;
+  static constexpr std::uint64_t kMost = std::uint64_t{8} << 20;
 
   std::uint64_t bytes() const { return bytes_; }
 

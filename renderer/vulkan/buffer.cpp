@@ -9,36 +9,30 @@ namespace {
 
 constexpr std::uint64_t kStagingBytes = std::uint64_t{32} << 20;
 
-struct UseFlags {
-  vk::BufferUsageFlags usage;
-  vk::MemoryPropertyFlags required;
-  vk::MemoryPropertyFlags preferred;
-};
+}  // namespace
 
-UseFlags flagsOf(BufferUse use) {
+BufferFlags bufferFlags(BufferUse use) {
   using Usage = vk::BufferUsageFlagBits;
-  using Memory = vk::MemoryPropertyFlagBits;
-  const auto host = Memory::eHostVisible | Memory::eHostCoherent;
+  using Property = vk::MemoryPropertyFlagBits;
+  const auto host = Property::eHostVisible | Property::eHostCoherent;
   switch (use) {
     case BufferUse::resident:
-      return {Usage::eStorageBuffer | Usage::eTransferDst | Usage::eTransferSrc, Memory::eDeviceLocal, {}};
+      return {Usage::eStorageBuffer | Usage::eTransferDst | Usage::eTransferSrc, Property::eDeviceLocal, {}};
     case BufferUse::upload:
-      return {Usage::eStorageBuffer | Usage::eTransferSrc, host, Memory::eDeviceLocal};
+      return {Usage::eStorageBuffer | Usage::eTransferSrc, host, Property::eDeviceLocal};
     case BufferUse::readback:
-      return {Usage::eStorageBuffer | Usage::eTransferDst, host, Memory::eHostCached};
+      return {Usage::eStorageBuffer | Usage::eTransferDst, host, Property::eHostCached};
     case BufferUse::structure:
-      return {Usage::eAccelerationStructureStorageKHR, Memory::eDeviceLocal, {}};
+      return {Usage::eAccelerationStructureStorageKHR, Property::eDeviceLocal, {}};
     case BufferUse::instances:
-      return {Usage::eAccelerationStructureBuildInputReadOnlyKHR, host, Memory::eDeviceLocal};
+      return {Usage::eAccelerationStructureBuildInputReadOnlyKHR, host, Property::eDeviceLocal};
     case BufferUse::geometry:
-      return {Usage::eStorageBuffer | Usage::eAccelerationStructureBuildInputReadOnlyKHR, Memory::eDeviceLocal, {}};
+      return {Usage::eStorageBuffer | Usage::eAccelerationStructureBuildInputReadOnlyKHR, Property::eDeviceLocal, {}};
     case BufferUse::scratch:
-      return {Usage::eStorageBuffer, Memory::eDeviceLocal, {}};
+      return {Usage::eStorageBuffer, Property::eDeviceLocal, {}};
   }
   return {};
 }
-
-}  // namespace
 
 void growTo(Device& device, Buffer& buffer, std::uint64_t bytes, BufferUse use) {
   if (buffer.bytes() >= bytes) return;
@@ -64,7 +58,7 @@ Buffer::Buffer(Device& device, std::uint64_t bytes, BufferUse use)
 }
 
 void Buffer::create(BufferUse use) {
-  const UseFlags flags = flagsOf(use);
+  const BufferFlags flags = bufferFlags(use);
   device_->calls().guard(DeviceCall::create, "a buffer", [&] {
     buffer_ = device_->handle().createBuffer(
         {.size = bytes_, .usage = flags.usage | vk::BufferUsageFlagBits::eShaderDeviceAddress});

@@ -9,6 +9,14 @@
 
 namespace blockwalk {
 
+// What buffers for something are made with.
+struct BufferFlags {
+  vk::BufferUsageFlags usage;
+  vk::MemoryPropertyFlags required;
+  vk::MemoryPropertyFlags preferred;
+};
+BufferFlags bufferFlags(BufferUse use);
+
 // Move-only owner. Throws OutOfDeviceMemory with the needed and free bytes when memory is short.
 class Buffer {
  public:

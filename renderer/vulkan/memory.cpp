@@ -110,21 +110,78 @@ Memory::Page& Memory::addPage(std::uint32_t type) {
   return *pages_.emplace_back(std::move(page));
 }
 
+Memory::Page& Memory::addPageOf(const PageKind& kind) {
+  vk::raii::Buffer buffer =
+      device_.createBuffer({.size = kPageBytes, .usage = kind.usage | vk::BufferUsageFlagBits::eShaderDeviceAddress});
+  const vk::MemoryRequirements needs = buffer.getMemoryRequirements();
+  if (needs.size != kPageBytes) {
+    throw DeviceError(fmt::format("a buffer of {} bytes needs {} of memory", kPageBytes, needs.size));
+  }
+  Page& page = addPage(kind.type(needs.memoryTypeBits));
+  try {
+    buffer.bindMemory(*page.memory, 0);
+    page.address = device_.getBufferAddress({.buffer = *buffer});
+    page.buffer = std::move(buffer);
+  } catch (...) {
+    released(kPageBytes, page.type);
+    pages_.pop_back();
+    throw;
+  }
+  return page;
+}
+
 namespace {
 
 // Free granules of a page in a row, or nothing.
-std::optional<std::uint64_t> placeIn(const Memory::Page& page, std::uint64_t granules, std::uint64_t alignment) {
+std::optional<std::uint64_t> placeIn(Memory::Page& page, std::uint64_t granules, std::uint64_t alignment) {
+  if (granules >= page.no_run_of) return std::nullopt;
   const std::uint64_t step = std::max<std::uint64_t>(1, alignment / Memory::kGranule);
-  for (std::uint64_t at = 0; at + granules <= page.taken.size();) {
+  while (page.first_free < page.taken.size() && page.taken[page.first_free]) ++page.first_free;
+  for (std::uint64_t at = roundedUp(page.first_free, step); at + granules <= page.taken.size();) {
     std::uint64_t free = 0;
     while (free < granules && !page.taken[at + free]) ++free;
     if (free == granules) return at;
     at = roundedUp(at + free + 1, step);
   }
+  if (step == 1) page.no_run_of = granules;
   return std::nullopt;
 }
 
 }  // namespace
+
+// Sets all of a small piece but its use and bytes.
+template <typename IsOfKind, typename Add>
+void Memory::placeInPage(Piece& piece, std::uint64_t alignment, IsOfKind is_of_kind, Add add) {
+  const std::uint64_t granules = piece.bytes / kGranule;
+  std::optional<std::uint64_t> place;
+  for (const std::unique_ptr<Page>& page : pages_) {
+    if (is_of_kind(*page)) place = placeIn(*page, granules, alignment);
+    piece.page = page.get();
+    if (place) break;
+  }
+  if (!place) {
+    piece.page = &add();
+    place = 0;
+  }
+  for (std::uint64_t i = 0; i < granules; ++i) piece.page->taken.set(*place + i);
+  piece.type = piece.page->type;
+  piece.memory = *piece.page->memory;
+  piece.offset = *place * kGranule;
+  piece.mapped = piece.page->mapped != nullptr ? piece.page->mapped + piece.offset : nullptr;
+}
+
+Memory::Piece Memory::takeSlice(std::uint64_t bytes, BufferUse use, const PageKind& kind) {
+  return calls_.guard(DeviceCall::allocate, "device memory", [&] {
+    Piece piece;
+    piece.use = use;
+    piece.bytes = sliceBytes(bytes);
+    placeInPage(
+        piece, kGranule, [](const Page& page) { return page.address != 0; },
+        [&]() -> Page& { return addPageOf(kind); });
+    used_[static_cast<std::size_t>(use)] += piece.bytes;
+    return piece;
+  });
+}
 
 Memory::Piece Memory::take(const vk::MemoryRequirements& needs, std::uint32_t type, BufferUse use) {
   return calls_.guard(DeviceCall::allocate, "device memory", [&] {
@@ -139,21 +196,9 @@ Memory::Piece Memory::take(const vk::MemoryRequirements& needs, std::uint32_t ty
       piece.mapped = made.mapped;
     } else {
       piece.bytes = roundedUp(needs.size, kGranule);
-      const std::uint64_t granules = piece.bytes / kGranule;
-      std::optional<std::uint64_t> place;
-      for (const std::unique_ptr<Page>& page : pages_) {
-        if (page->type == type) place = placeIn(*page, granules, needs.alignment);
-        piece.page = page.get();
-        if (place) break;
-      }
-      if (!place) {
-        piece.page = &addPage(type);
-        place = 0;
-      }
-      for (std::uint64_t i = 0; i < granules; ++i) piece.page->taken.set(*place + i);
-      piece.memory = *piece.page->memory;
-      piece.offset = *place * kGranule;
-      piece.mapped = piece.page->mapped != nullptr ? piece.page->mapped + piece.offset : nullptr;
+      placeInPage(
+          piece, needs.alignment, [type](const Page& page) { return page.type == type && page.address == 0; },
+          [&]() -> Page& { return addPage(type); });
     }
     used_[static_cast<std::size_t>(use)] += piece.bytes;
     return piece;
@@ -169,6 +214,8 @@ void Memory::give(Piece& piece) noexcept {
   }
   const std::uint64_t first = piece.offset / kGranule;
   for (std::uint64_t i = 0; i < piece.bytes / kGranule; ++i) piece.page->taken.reset(first + i);
+  piece.page->first_free = std::min(piece.page->first_free, first);
+  piece.page->no_run_of = kPageBytes / kGranule + 1;
   if (piece.page->taken.any()) return;
   std::erase_if(pages_, [&](const std::unique_ptr<Page>& page) { return page.get() == piece.page; });
   released(kPageBytes, piece.type);

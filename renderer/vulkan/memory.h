@@ -4,12 +4,13 @@
 // An allocation is refused where it would leave less than the reserve of what is free: on hardware what the driver says
 // (VK_EXT_memory_budget, else the heap), on a software device what the process may still take of the host, whose driver
 // does not survive a failure of its own. Devices allow as few as 4096 allocations; pieces up to kMostSmallBytes share
-// pages of kPageBytes, each of one memory type.
+// pages of kPageBytes, each of one memory type. Slices (renderer/vulkan/slice.h) share pages that are one buffer each.
 #pragma once
 
 #include <array>
 #include <bitset>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <vector>
 #include <vulkan/vulkan_raii.hpp>
@@ -40,13 +41,17 @@ class Memory {
 
   static constexpr std::uint64_t kPageBytes = std::uint64_t{4} << 20;
   static constexpr std::uint64_t kMostSmallBytes = std::uint64_t{256} << 10;
-  static constexpr std::uint64_t kGranule = 1024;
+  static constexpr std::uint64_t kGranule = 256;
 
   struct Page {
     vk::raii::DeviceMemory memory{nullptr};
     std::byte* mapped = nullptr;
     std::uint32_t type = 0;
     std::bitset<kPageBytes / kGranule> taken;
+    std::uint64_t first_free = 0;                         // all granules below are taken
+    std::uint64_t no_run_of = kPageBytes / kGranule + 1;  // so many free in a row there are not
+    vk::raii::Buffer buffer{nullptr};                     // of slices: all of it
+    std::uint64_t address = 0;                            // its
   };
   struct Piece {
     vk::DeviceMemory memory;
@@ -60,6 +65,15 @@ class Memory {
   };
   // Throws OutOfDeviceMemory with the needed and free bytes.
   Piece take(const vk::MemoryRequirements& needs, std::uint32_t type, BufferUse use);
+  // At most kMostSmallBytes of a page that is one buffer, at a multiple of kGranule.
+  struct PageKind {
+    vk::BufferUsageFlags usage;
+    std::function<std::uint32_t(std::uint32_t type_bits)> type;
+  };
+  Piece takeSlice(std::uint64_t bytes, BufferUse use, const PageKind& kind);
+  static constexpr std::uint64_t sliceBytes(std::uint64_t bytes) {
+    return (bytes + kGranule - 1) / kGranule * kGranule;
+  }
   void give(Piece& piece) noexcept;
 
   // Throws OutOfDeviceMemory where the host has not so many bytes and the reserve, for what is about to take them
@@ -85,6 +99,9 @@ class Memory {
   Allocation allocate(std::uint64_t bytes, std::uint32_t type);
   void released(std::uint64_t bytes, std::uint32_t type) noexcept;
   Page& addPage(std::uint32_t type);
+  Page& addPageOf(const PageKind& kind);
+  template <typename IsOfKind, typename Add>
+  void placeInPage(Piece& piece, std::uint64_t alignment, IsOfKind is_of_kind, Add add);
 
   const vk::raii::PhysicalDevice& physical_;
   const vk::raii::Device& device_;
