@@ -101,6 +101,29 @@ TEST_F(RecordWindowsTest, AWindowTakesTheRecordsInsideAlone) {
   EXPECT_LT(bytesOf("blocks"), records / 2);
 }
 
+// Every type, and channels that have windows of their own of one box.
+TEST_F(RecordWindowsTest, EveryTypeAndSeveralChannels) {
+  for (const VoxelType type : {VoxelType::u16, VoxelType::f32, VoxelType::rgba8, VoxelType::u8}) {
+    SyntheticOptions options = kVolume;
+    options.type = type;
+    options.channels = type == VoxelType::rgba8 ? 1 : 2;
+    Scene scene = makeScene(*makeSynthetic(options), kSmallBlocks);
+    start(scene.path, 4096 * kKib);
+    for (const Mode mode : {Mode::blend, Mode::mip}) {
+      for (const Filter filter : {Filter::nearest, Filter::linear}) {
+        View view = inside(scene.info, glm::dvec3(0.2, 0.3, 0.6), glm::dvec3(-0.3, -0.2, 1));
+        view.mode = mode;
+        view.filter = filter;
+        SCOPED_TRACE(toString(view));
+        const auto [expected, frame] = drawBoth(scene, view);
+        EXPECT_TRUE(frame.stats.paged);
+        EXPECT_EQ(frame.stats.absent_blocks, 0u);
+        EXPECT_EQ(frame.pixels, expected.pixels);
+      }
+    }
+  }
+}
+
 // Neither of all of a level nor of a large window; the index says how many there are.
 TEST_F(RecordWindowsTest, WhatFindsNoRoomIsNotRead) {
   constexpr std::uint64_t kBudget = std::uint64_t{8} << 20;
