@@ -7,14 +7,15 @@ import { pictureAxes, type PlanePoint, type SlicePlane } from "./slice_plane";
 import type { SliceState } from "./slice_state";
 import { length, scale, subtract, type Vec3 } from "./vector";
 import type { ViewState } from "./view_state";
-import { formatPoints, isPreset, kMostPoints, ownPoints, parsePoints, presetPoints } from "./transfer";
+import { formatPoints, isByTissue, isHounsfield, isPreset, kMostPoints, ownPoints, parsePoints, presetPoints } from "./transfer";
 import { leastGap, resampled } from "./transfer_edit";
-import type { ChannelInfo, VolumeInfo } from "./volume_info";
+import type { ChannelInfo, Range, VolumeInfo } from "./volume_info";
 
 const kTile = 1024; // pixels a side
 const kMostSide = 2048; // of an oblique picture
 const kMostTiles = 16;
 const kEdge = 1e-4; // of the colours' width, from black to the first of them
+const kSoftTissue: Range = [-160, 240]; // Hounsfield units: level 40, width 400, with which radiologists' viewers begin
 
 // A picture with its place: of a slice along an axis from which voxel to which, else in the plane that was asked for.
 export interface SlicePicture {
@@ -31,13 +32,20 @@ export function colourParts(view: ViewState, volume: VolumeInfo, isGrey: boolean
   const contrasts = volume.channels.map((channel, number) => contrastOf(channel, view.transfers[number] ?? "auto"));
   const items = (text: (number: number) => string): string => volume.channels.map((_, number) => (view.drawn.includes(number) ? text(number) : "")).join(";");
   if (isGrey && view.drawn.every((number) => (contrasts[number] ?? null) !== null)) {
-    const of = (text: (contrast: Contrast) => string): string => items((number) => {
+    const of = (text: (contrast: Contrast, number: number) => string): string => items((number) => {
       const contrast = contrasts[number] ?? null;
-      return contrast === null ? "" : text(contrast);
+      return contrast === null ? "" : text(contrast, number);
     });
-    return [...drawn, `window=${of(({ window: [black, white] }) => `${black}:${white}`)}`, `gamma=${of(({ gamma }) => String(gamma))}`, `colors=${of(() => "ffffff")}`];
+    const windows = of((contrast, number) => greyWindow(contrast, volume.channels[number], view.transfers[number] ?? "auto").join(":"));
+    return [...drawn, `window=${windows}`, `gamma=${of(({ gamma }) => String(gamma))}`, `colors=${of(() => "ffffff")}`];
   }
   return [...drawn, `tf=${items((number) => onBlack(view.transfers[number] ?? "auto", volume.channels[number]))}`];
+}
+
+// From black to white. The colours of CT that nobody chose reach into bone, and soft tissue would be a dark fifth of them.
+function greyWindow({ window }: Contrast, channel: ChannelInfo | undefined, transfer: string): Range {
+  const isUnchosen = transfer === "auto" && channel !== undefined && isHounsfield(channel.unit) && isByTissue("auto", channel);
+  return isUnchosen ? kSoftTissue : window;
 }
 
 // What has no opacity in 3D below the first point has no colour here: it is black.

@@ -98,12 +98,16 @@ export function isByTissue(name: string, channel: ChannelInfo): boolean {
   return name === "auto" ? rampOf(channel) === null : name in kHounsfield;
 }
 
+export function isHounsfield(unit: string | null): boolean {
+  return unit !== null && kHounsfieldUnits.includes(unit.toLowerCase());
+}
+
 // Whether a preset in Hounsfield units shows something sensible of values in this range and unit.
 export function fitsPreset(name: Preset, [lo, hi]: Range, unit: string | null): boolean {
   const fixed = kHounsfield[name];
   if (fixed === undefined) return true;
   if (!(hi > (parsePoints(fixed)?.[0]?.value ?? Infinity))) return false;
-  return unit === null ? lo < kWater && lo >= kLeastHounsfield : kHounsfieldUnits.includes(unit.toLowerCase());
+  return unit === null ? lo < kWater && lo >= kLeastHounsfield : isHounsfield(unit);
 }
 
 // CSS of the colours from left to right where `lo` stands at the left and `hi` at the right.

@@ -15,7 +15,7 @@ import { kMostPoints, parsePoints } from "../src/transfer";
 import { dot, type Vec3 } from "../src/vector";
 import { initialView, type ViewChange } from "../src/view_state";
 import { parseVolumeInfo, type VolumeInfo } from "../src/volume_info";
-import { sampleVolume } from "./sample_volume";
+import { sampleCt, sampleVolume } from "./sample_volume";
 
 const volumeOf = (fields: object): VolumeInfo => parseVolumeInfo({ ...sampleVolume("v", "u8"), ...fields });
 const kPlain = volumeOf({});
@@ -164,6 +164,21 @@ test("slices have the colours of the picture in 3D, on black where that shows no
   const flat = parseVolumeInfo({ ...sampleVolume("cells", "u16", ["a", "b"]), default_view: { ...sampleVolume("cells", "u16", ["a", "b"]).default_view, tf: ["5:ffffff:1", "0:000000:0,9:ffffff:1"] } });
   assert.deepEqual(of(flat, { drawn: [1] }, true), ["channels=1", "window=;0:9", "gamma=;1", "colors=;ffffff"]);
   assert.deepEqual(of(parseVolumeInfo(sampleVolume("fossil", "rgba8")), {}, true), []);
+});
+
+test("grey slices of CT begin with soft tissue, and follow what is chosen from then on", () => {
+  const ct = parseVolumeInfo(sampleCt("abdomen"));
+  const of = (change: ViewChange, volume = ct, isGrey = true): string => colourParts(initialView(volume, [800, 600], change), volume, isGrey)[0] ?? "";
+  assert.equal(of({}), "window=-160:240");
+  assert.equal(of({ transfers: ["ct-soft-tissue"] }), "window=-200:1000", "the preset was chosen");
+  assert.equal(of({ transfers: ["-300:e8c39e:0,900:ffffff:0.8"] }), "window=-300:900");
+  assert.match(of({}, ct, false), /^tf=-200\.12:000000:0,-200:e8c39e:0,/, "in colour they have those of the tissues");
+  // Where the server found no bone in it, colours are a ramp over what there is; other units have no tissues.
+  const described = sampleCt("lung");
+  const ramp = parseVolumeInfo({ ...described, default_view: { ...described.default_view, tf: "-900:000000:0,-700:808080:0.06,-300:ffffff:0.4" } });
+  assert.equal(of({}, ramp), "window=-900:-300");
+  const counts = parseVolumeInfo({ ...described, channels: [{ ...described.channels[0], unit: "1/cm" }] });
+  assert.equal(of({}, counts), "window=-200:1000");
 });
 
 test("a function that begins in colour stays one that the server takes, however long and however narrow it is", () => {
