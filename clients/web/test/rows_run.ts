@@ -102,6 +102,16 @@ export async function settle(page: Page): Promise<void> {
   await page.waitForFunction(() => [...document.querySelectorAll(".slice:not([hidden])")].every((slice) => slice.getAttribute("data-settled") === "true"));
 }
 
+// The newest picture fills the room it has now, and is final.
+export async function fill(page: Page): Promise<void> {
+  await page.waitForFunction(() => {
+    const canvas = document.getElementById("canvas");
+    const size = [canvas?.clientWidth ?? 0, canvas?.clientHeight ?? 0].map((side) => Math.floor(side * devicePixelRatio));
+    return document.getElementById("figure-size")?.textContent?.startsWith(size.join(" × "));
+  });
+  await settle(page);
+}
+
 export interface Patch {
   readonly count: number;
   readonly x: number; // its middle, in shares of the canvas

@@ -5,7 +5,7 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import type { Page } from "playwright-core";
 import { changeAndSettle, difference, drag, partOf, readAddress, readPicture, shareOtherThan } from "./browser";
-import { colourAt, frameOf, frontPlacer, grey, patches, patchOf, press, row, settle, type Row } from "./rows_run";
+import { colourAt, fill, frameOf, frontPlacer, grey, patches, patchOf, press, row, settle, type Row } from "./rows_run";
 import { headAt, headPlace, kHeadDims, kHeadSpacing, kHeadValues } from "./rows_volumes";
 import { kFront, kGrey } from "./rows_look";
 import type { Vec3 } from "../src/vector";
@@ -102,13 +102,10 @@ row("value under the cursor, picked in 3D", `${kFront}&mode=first-hit`, async ({
 
 row("measures and notes", `${kFront}&mode=first-hit`, async ({ page }) => {
   await page.keyboard.press("m");
-  await settle(page);
-  await page.waitForTimeout(300);
-  await settle(page);
+  await fill(page);
   const place = await frontPlacer(page);
   await page.check("#tool-choice input[value=ruler]", { force: true });
-  await page.mouse.click(...place(-25, 0));
-  await page.waitForTimeout(400);
+  await Promise.all([page.waitForResponse(/\/pick\?/), page.mouse.click(...place(-25, 0))]);
   await page.mouse.click(...place(25, 0));
   await page.waitForSelector("#mark-list li");
   const across = Number.parseFloat(await page.innerText(".mark-value"));

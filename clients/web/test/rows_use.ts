@@ -9,7 +9,7 @@ import { join } from "node:path";
 import type { Page } from "playwright-core";
 import { changeAndSettle, difference, drag, dragThumb, partOf, readAddress, readPicture, shareOtherThan } from "./browser";
 import { blockwalk } from "./daemon";
-import { folder, frameOf, patches, press, row, settle } from "./rows_run";
+import { fill, folder, frameOf, patches, press, row, settle } from "./rows_run";
 import { headAt, headPlace, kFilmSteps, kLongDims, kPythonFolder } from "./rows_volumes";
 import { kFront } from "./rows_look";
 
@@ -191,8 +191,7 @@ row("a small screen, by finger", "#volume=tissue", async ({ page }) => {
 row("a window of another shape", "#volume=labels&mode=first-hit", async ({ page }) => {
   for (const size of [{ width: 500, height: 800 }, { width: 1100, height: 420 }]) {
     await page.setViewportSize(size);
-    await page.waitForTimeout(500);
-    await settle(page);
+    await fill(page);
     const bars = [...(await patches(page))].filter(([colour]) => colour !== "000000").map(([, bar]) => bar);
     assert.ok(bars.every(({ left, right, top, bottom }) => left > 0 && right < 1 && top > 0 && bottom < 1), "all of it is in the picture");
     assert.ok(Math.max(...bars.map(({ right }) => right)) - Math.min(...bars.map(({ left }) => left)) > 0.4 , "and no smaller than it has to be");
