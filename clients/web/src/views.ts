@@ -13,7 +13,7 @@ import { SlabControl } from "./slab_control";
 import { SlicePane, type PaneScene } from "./slice_pane";
 import { orientationsOf, type Orientation, type SliceKind } from "./slice_plane";
 import { SliceProbe } from "./slice_probe";
-import type { SliceState } from "./slice_state";
+import type { Layout, SliceState } from "./slice_state";
 import { SpacePointer } from "./space_pointer";
 import { summaryOf } from "./summary";
 import type { Toasts } from "./toasts";
@@ -41,6 +41,8 @@ export class Views {
   private readonly overlay = new MarksOverlay(this.tool);
   private readonly probe: SliceProbe;
   private readonly panes: readonly SlicePane[];
+  private readonly left = byId("slices-left", HTMLElement);
+  private readonly others = byId("slices", HTMLElement);
   private readonly words = byId("summary", HTMLElement);
   private scene: PaneScene | null = null; // of no slice
   private orientations: readonly Orientation[] = [];
@@ -61,7 +63,6 @@ export class Views {
       hovered: (world) => this.hovered(world),
       problem: (problem) => toasts.show(problem),
     }));
-    byId("slices", HTMLElement).append(...this.panes.map(({ root }) => root));
     new SpacePointer(byId("canvas", HTMLCanvasElement), this.tool, (x, y) => host.pick(x, y));
     byId("summary-button", HTMLButtonElement).addEventListener("click", () => this.say());
     byId("summary-close", HTMLButtonElement).addEventListener("click", () => this.hush());
@@ -147,11 +148,20 @@ export class Views {
     if (view === null || scene === null) return;
     this.bar.show(view.slices.layout, this.orientations);
     const layout = this.bar.shownLayout(view.slices.layout, this.orientations);
+    this.seat(layout);
     for (const pane of this.panes) {
       pane.root.hidden = !(layout === pane.kind || (layout === "all" && pane.kind !== "oblique"));
       pane.show(view, this.crosshair);
     }
     this.overlay.show({ scene, orientations: this.orientations, crosshair: this.crosshair, view });
+  }
+
+  // Tab goes as one sees: to the slice left of the picture in 3D before that, then to those below.
+  private seat(layout: Layout): void {
+    const isLeft = ({ kind, root }: SlicePane): boolean => (layout === "all" ? root.dataset["place"] === "0" : layout === "oblique" && kind === layout);
+    const ordered = [...this.panes].sort((a, b) => (a.root.dataset["place"] ?? "").localeCompare(b.root.dataset["place"] ?? ""));
+    moveInto(this.left, ordered.filter(isLeft));
+    moveInto(this.others, ordered.filter((pane) => !isLeft(pane)));
   }
 
   private redraw(): void {
@@ -200,6 +210,15 @@ export class Views {
     byId("summary-card", HTMLElement).hidden = true;
     this.words.textContent = "";
   }
+}
+
+// What is moved keeps the focus.
+function moveInto(home: HTMLElement, panes: readonly SlicePane[]): void {
+  const isThere = home.childElementCount === panes.length && panes.every(({ root }, i) => home.children[i] === root);
+  if (isThere) return;
+  const focused = document.activeElement;
+  home.append(...panes.map(({ root }) => root));
+  if (focused instanceof HTMLElement && home.contains(focused)) focused.focus({ preventScroll: true });
 }
 
 // "Axial slice, slice 70 of 0–139 · S 4.5 mm": of the picture's name what is no hint.

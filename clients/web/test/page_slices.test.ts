@@ -45,6 +45,40 @@ test("three slices stand beside the picture, through the middle, row 0 on top", 
   assert.equal((await readAddress(page)).get("slices"), "all");
 }));
 
+test("Tab goes through what stands there as it is seen: row by row, and from left to right", () => run({ hash: "#volume=vessels&slices=all" }, async ({ page }) => {
+  await waitForFinal(page);
+  const stops = async (): Promise<readonly string[]> => {
+    const seen: string[] = [];
+    await page.evaluate(() => (document.activeElement as HTMLElement | null)?.blur());
+    await page.focus("#layouts input:checked");
+    for (let last = ""; last !== "panel"; seen.push(last)) {
+      await page.keyboard.press("Tab");
+      last = await page.evaluate(() => {
+        const part = document.activeElement?.closest<HTMLElement>(".slice, #stage, #panel, #view-bar, #panel-toggle");
+        return part?.dataset["slice"] ?? part?.id ?? "";
+      });
+    }
+    return seen.filter((part, i) => part !== seen[i - 1]);
+  };
+  for (const [layout, parts] of [["all", 4], ["oblique", 2]] as const) {
+    await page.check(`#layouts input[value=${layout}]`, { force: true });
+    const places = await page.locator(".slice:visible, #stage").evaluateAll((all) => all.map((part) => {
+      const { x, y } = part.getBoundingClientRect();
+      return { name: (part as HTMLElement).dataset["slice"] ?? part.id, x, y };
+    }));
+    const asSeen = places.sort((a, b) => (Math.abs(a.y - b.y) > 20 ? a.y - b.y : a.x - b.x)).map(({ name }) => name);
+    assert.equal(asSeen.length, parts);
+    assert.deepEqual(await stops(), ["view-bar", ...asSeen, "panel-toggle", "panel"], layout);
+  }
+  // What a slice's button does moves the slice, and the focus stays on it.
+  await page.check("#layouts input[value=all]", { force: true });
+  await page.focus(".slice[data-slice=z] .slice-maximise");
+  for (let i = 0; i < 2; i++) {
+    await page.keyboard.press("Enter");
+    assert.equal(await page.evaluate(() => document.activeElement?.closest<HTMLElement>(".slice")?.dataset["slice"]), "z");
+  }
+}));
+
 test("wheel and keys scroll, each slice by itself, and at the ends they stop", () => run({ hash: "#volume=vessels&slices=all" }, async ({ page, mock }) => {
   await settled(page, "z");
   const { x, y } = await middleOf(page, "z");
@@ -262,12 +296,12 @@ test("on a phone one slice at a time, by a finger", () => run({ hash: "#volume=v
   await page.waitForSelector(".slice:visible", { state: "detached" });
 }));
 
-test("Tab comes to the bar before the picture below it", () => run({ hash: "#volume=vessels&slices=all" }, async ({ page }) => {
+test("Tab comes to the bar before the pictures below it", () => run({ hash: "#volume=vessels&slices=all" }, async ({ page }) => {
   await waitForFinal(page);
   await page.waitForSelector("#view-bar:not([hidden])");
-  const focused = (): Promise<string> => page.evaluate(() => (document.activeElement?.closest("#view-bar, #stage") ?? document.body).id);
+  const focused = (): Promise<string> => page.evaluate(() => (document.activeElement?.closest("#view-bar, .slices, #stage") ?? document.body).id);
   await page.keyboard.press("Tab");
   assert.equal(await focused(), "view-bar");
   for (let i = 0; i < 4 && (await focused()) === "view-bar"; i++) await page.keyboard.press("Tab");
-  assert.equal(await focused(), "stage");
+  assert.equal(await focused(), "slices-left");
 }));
