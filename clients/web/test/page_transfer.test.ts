@@ -244,3 +244,30 @@ test("of CT the editor has the points of each preset", () => run(kCt, async ({ p
   await changeAndSettle(page, () => page.keyboard.press("Enter"));
   assert.match(tfOf(mock), /^-200:e8c39e:0.001,-90:/);
 }));
+
+test("the editor lies over no picture, and leaves them half of their room at least", () => run({ hash: "#volume=vessels" }, async ({ page }) => {
+  await waitForFinal(page);
+  const boxes = (selector: string) => page.locator(selector).evaluateAll((all) => all.filter((part) => (part as HTMLElement).checkVisibility({ visibilityProperty: true })).map((part) => part.getBoundingClientRect().toJSON() as DOMRect));
+  const area = (all: readonly DOMRect[]): number => all.reduce((sum, { width, height }) => sum + width * height, 0);
+  const pictures = "#canvas, .slice canvas, #beside-canvas";
+  for (const [width, height] of [[1440, 900], [1200, 800], [1199, 650], [721, 500]] as const) {
+    await page.setViewportSize({ width, height });
+    for (const layout of ["", "&slices=all", "&slices=oblique", "&slices=z", "&beside=volume%3Dfossil"]) {
+      for (const isOpen of layout === "" || layout === "&slices=all" ? [true, false] : [true]) {
+        await page.evaluate((hash) => { location.hash = hash; }, `#volume=vessels${layout}`);
+        await page.waitForFunction((what) => document.body.dataset["layout"] === (/slices=(\w+)/.exec(what)?.[1] ?? "3d") && document.body.classList.contains("has-beside") === /beside=v/.test(what), layout);
+        if (await page.evaluate(() => document.body.classList.contains("panel-open")) !== isOpen) await page.keyboard.press("p");
+        const before = area(await boxes(pictures));
+        await page.locator(partOf(0, ".edit-transfer")).evaluate((button) => (button as HTMLElement).click());
+        const [editor, seen] = [(await boxes("#tf-editor"))[0], await boxes(pictures)];
+        const what = `${width} x ${height}${layout} ${isOpen ? "with" : "without"} the panel`;
+        assert.ok(editor !== undefined && editor.left >= 0 && editor.right <= width && editor.top >= 0 && editor.bottom <= height, what);
+        for (const { left, right, top, bottom } of seen) assert.ok(left >= editor.right || right <= editor.left || top >= editor.bottom || bottom <= editor.top, what);
+        assert.ok(area(seen) >= 0.49 * before, `${what}: ${area(seen) / before} of it`);
+        await screenshot(page, `room-${width}x${height}-${layout.replaceAll(/\W+/g, "-")}-${isOpen}`);
+        await page.keyboard.press("Escape");
+        if (isOpen) assert.equal(await page.evaluate(() => document.activeElement?.classList.contains("edit-transfer")), true, what);
+      }
+    }
+  }
+}));
