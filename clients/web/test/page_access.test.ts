@@ -21,6 +21,13 @@ async function check(page: Page, state: string, areForced = false): Promise<void
   assert.deepEqual(found, [], state);
 }
 
+// A slice alone covers the picture in 3D.
+async function settledSlices(page: Page): Promise<void> {
+  await page.waitForSelector("#stage[data-stream=live][data-final=true]", { state: "attached" });
+  await page.waitForFunction(() => [...document.querySelectorAll(".slice:not([hidden])")].every((slice) => slice.getAttribute("data-settled") === "true"));
+}
+
+const kMarks = "ruler:ffb454:10,10,64,60,10,64:across;text:7fd1c4:20,40,64:a%2520note;area:ff8fa3:30,30,64,50,30,64,50,50,64";
 const kFilm: readonly ListedVolume[] = [{ id: "film", state: "ready", type: "u16", steps: 5 }];
 const kOrgans: readonly ListedVolume[] = [{ id: "organs", state: "ready", type: "u8", labels: 200 }];
 const states: Readonly<Record<string, readonly [options: Parameters<typeof run>[0], act: (run: Run) => Promise<unknown>]>> = {
@@ -61,6 +68,24 @@ const states: Readonly<Record<string, readonly [options: Parameters<typeof run>[
     for (let i = 0; i < 2; i++) await changeAndSettle(page, () => page.click("#plane-add"));
     await page.click("#bookmark-add");
   }],
+  slices: [{ hash: "#volume=vessels&slices=all" }, async ({ page }) => settledSlices(page)],
+  "a slice alone": [{ hash: "#volume=vessels&slices=z&slab=5:mean" }, async ({ page }) => settledSlices(page)],
+  marks: [{ hash: `#volume=vessels&slices=z&marks=${kMarks}` }, async ({ page }) => {
+    await settledSlices(page);
+    await page.check("#tool-choice input[value=ruler]", { force: true });
+    await page.waitForSelector("#mark-list li:nth-child(3)");
+    await page.locator("#marks-title").scrollIntoViewIfNeeded();
+  }],
+  "two views side by side": [{ hash: "#volume=vessels&beside=volume%3Dfossil" }, async ({ page }) => {
+    await waitForFinal(page);
+    await page.waitForSelector("#beside[data-final=true]");
+    await page.locator("#beside-tools").scrollIntoViewIfNeeded();
+  }],
+  "the view in words": [{ hash: "#volume=vessels&slices=all" }, async ({ page }) => {
+    await settledSlices(page);
+    await page.keyboard.press("d");
+    await page.waitForSelector("#summary:not(:empty)");
+  }],
   "the list of volumes": [{}, async ({ page }) => {
     await waitForFinal(page);
     await page.click("#picker-button");
@@ -97,6 +122,12 @@ const states: Readonly<Record<string, readonly [options: Parameters<typeof run>[
   "a phone with its sheet": [{ phone: true, volumes: [...kOrgans, ...kVolumes] }, async ({ page }) => {
     await waitForFinal(page);
     await page.click("#sheet-handle", { position: { x: 20, y: 20 } });
+  }],
+  "a phone with a slice": [{ phone: true, hash: `#volume=vessels&slices=z&marks=${kMarks}` }, async ({ page }) => {
+    await settledSlices(page);
+    await page.click("#sheet-handle", { position: { x: 20, y: 20 } });
+    await page.waitForTimeout(400);
+    await page.locator("#marks-title").scrollIntoViewIfNeeded();
   }],
   "a phone with the editor": [{ phone: true, hash: "#volume=vessels" }, async ({ page }) => {
     await waitForFinal(page);
