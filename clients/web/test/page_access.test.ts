@@ -204,7 +204,29 @@ test("with a person's own colours what is chosen still shows, and so do points a
   assert.equal(await style(".switches input", "appearance"), "auto");
   assert.equal(await style(".label-colour", "forced-color-adjust"), "none");
   assert.notEqual(await style(".label-colour", "background-color"), await page.evaluate(() => getComputedStyle(document.body).backgroundColor));
+  assert.equal(await style(".swatch.slate", "background-color"), "rgb(28, 35, 43)", "what is chosen by its colour has it");
+  // Over a picture, which is black, a person's dark text would not show.
+  await page.emulateMedia({ forcedColors: "active", colorScheme: "light" });
+  assert.equal(await style("#scale-line", "border-bottom-color"), "rgb(255, 255, 255)");
   await screenshot(page, "forced-colours");
+}));
+
+test("with a person's own colours slices have theirs, and what is pressed shows", () => run({ hash: "#volume=vessels&slices=all" }, async ({ page }) => {
+  await page.emulateMedia({ forcedColors: "active", colorScheme: "light" });
+  await settledSlices(page);
+  await check(page, "forced colours, slices", true);
+  const style = (selector: string, property: string, pseudo?: string): Promise<string> =>
+    page.locator(selector).first().evaluate((element, [name, part]) => getComputedStyle(element, part).getPropertyValue(name ?? ""), [property, pseudo] as const);
+  assert.equal(await style(".slice-bar", "border-bottom-color"), "rgb(255, 255, 255)");
+  assert.equal(await style(".slice:not([hidden])", "border-right-color"), "rgb(128, 128, 128)");
+  assert.notEqual(await style("#slices-button", "outline-style"), "none");
+  assert.equal(await style("#undo-button", "outline-style"), "none");
+  const colours = await page.locator(".slice:not([hidden]) .slice-title").evaluateAll((all) => all.map((title) => getComputedStyle(title, "::before").backgroundColor));
+  assert.equal(new Set(colours).size, 3);
+  // The histogram shows through the range, and the two differ.
+  assert.match(await style(".range-band", "background-color"), /, 0\)$/);
+  assert.notEqual(await style(".histogram.lit path", "fill"), await style(".histogram path", "fill"));
+  await screenshot(page, "forced-colours-slices");
 }));
 
 test("with a person's own colours the editor's points keep theirs", () => run({ hash: "#volume=vessels" }, async ({ page }) => {
