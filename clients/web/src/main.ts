@@ -12,6 +12,7 @@ import { CutControl } from "./cut_control";
 import { byId } from "./dom";
 import { basisOf, centredOn } from "./camera";
 import { bindKeys, bindPointer } from "./gestures";
+import { KeptViews, tabStorage } from "./kept_views";
 import { KeyChoice } from "./key_choice";
 import { LightControls } from "./light_controls";
 import { noticeFor, type StreamState } from "./notice";
@@ -93,7 +94,7 @@ class Page {
   private chosen: string | null = null;
   private opened: string | null = null; // the volume the viewer has
   private overrides: ViewOverrides = {}; // for the next volume that opens
-  private readonly kept = new Map<string, ViewState>(); // of volumes that were open before
+  private readonly kept = new KeptViews(tabStorage());
   private addressTimer: number | undefined;
 
   constructor() {
@@ -217,9 +218,15 @@ class Page {
   private choose(id: string): void {
     if (id === this.chosen) return;
     const view = this.viewer.current;
-    if (view !== null && this.opened !== null) this.kept.set(this.opened, view);
-    const kept = this.kept.get(id);
-    this.openWith(id, kept !== undefined ? this.viewer.keptView(kept) : view === null ? {} : lookOf(view));
+    if (view !== null && this.opened !== null) this.kept.keep(this.opened, view, formatFragment(this.opened, view, this.viewer.isColoured));
+    this.openWith(id, this.keptOf(id) ?? (view === null ? {} : lookOf(view)));
+  }
+
+  // Of a volume that was open before, here or before the page was loaded again.
+  private keptOf(id: string): ViewOverrides | null {
+    const [view, address] = [this.kept.viewOf(id), this.kept.addressOf(id)];
+    if (view !== null) return this.viewer.keptView(view);
+    return address === null ? null : parseFragment(address).overrides;
   }
 
   private openWith(id: string, overrides: ViewOverrides): void {

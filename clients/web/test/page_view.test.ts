@@ -285,3 +285,24 @@ test("what the address gets wrong is said, and the rest is shown", () => run({ h
   await waitForFinal(page);
   assert.match(await page.innerText(".toast"), /range: expected.*\nsize: the page draws/, "once, all of it");
 }));
+
+test("a volume comes back as it was left, also once the page was loaded again", () => run({ hash: "#volume=vessels" }, async ({ page }) => {
+  const shows = (mode: string): Promise<boolean> => page.isChecked(`input[name=mode][value=${mode}]`);
+  await waitForFinal(page);
+  await changeAndSettle(page, () => page.check("input[name=mode][value=mip]", { force: true }));
+  const eye = (await readAddress(page)).get("eye");
+  await chooseVolume(page, "fossil");
+  await page.waitForFunction(() => document.title.startsWith("fossil"));
+  await waitForFinal(page);
+  await changeAndSettle(page, () => page.check("input[name=mode][value=blend]", { force: true }));
+  await page.reload();
+  await waitForFinal(page);
+  await chooseVolume(page, "vessels");
+  await page.waitForFunction(() => document.title.startsWith("vessels"));
+  await waitForFinal(page);
+  assert.deepEqual([await shows("mip"), (await readAddress(page)).get("eye")], [true, eye]);
+  await chooseVolume(page, "fossil");
+  await page.waitForFunction(() => document.title.startsWith("fossil"));
+  await waitForFinal(page);
+  assert.equal(await shows("blend"), true);
+}));
