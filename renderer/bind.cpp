@@ -70,7 +70,7 @@ void bindPart(const Need& need, const Plan& plan, const Pins& pins, gpu::FrameLe
       if (pages == nullptr) return;
       if (level.pages == gpu::kNone) {  // all channels have the same blocks
         level.pages = bound.wanted_words;
-        bound.wanted_words += wordsOfBits(pages->blockCount());
+        bound.wanted_words += std::max(wordsOfBits(pages->blockCount()), 1u);  // of a window without blocks too
       }
       bound.paged.push_back({.voxels = pages, .first_word = level.pages});
       return;

@@ -200,5 +200,26 @@ TEST_F(RecordWindowsTest, AnEmptyWindowShowsNothing) {
   }
 }
 
+// Rays come to its part of the volume, and there is no block.
+TEST_F(RecordWindowsTest, AWindowWithoutBlocksShowsNothing) {
+  const auto file = buildFile(*ball(320), {.block_side = 1});
+  start(file, 256 * kKib);
+  View view = finest(32);
+  view.clip = ClipBox{.min = glm::dvec3(2), .max = glm::dvec3(30)};
+  for (const Combination& combination : everyFinder()) {
+    for (const Filter filter : {Filter::nearest, Filter::linear}) {
+      for (const Mode mode : {Mode::blend, Mode::mip, Mode::first_hit, Mode::blocks}) {
+        view.filter = filter;
+        view.mode = mode;
+        SCOPED_TRACE(toString(combination));
+        const Frame frame = renderer_->render(*volume_, orderOf(with(view, combination)));
+        EXPECT_TRUE(frame.stats.paged);
+        EXPECT_EQ(frame.stats.level, 0);
+        EXPECT_EQ(frame.stats.drawn_pixels, 0u);
+      }
+    }
+  }
+}
+
 }  // namespace
 }  // namespace blockwalk::test
