@@ -139,6 +139,11 @@ void checkCounts(const FileHeader& header, const LevelEntry& entry, std::size_t 
   field(fits(entry.apron_block_count, entry.apron_subblock_count) && entry.apron_block_count >= entry.block_count,
         "apron_block_count", offsetof(LevelEntry, apron_block_count), entry.apron_block_count,
         bound + " and at least block_count");
+  const glm::ivec3 dims =
+      levelDims({header.dims[0], header.dims[1], header.dims[2]}, entryPlace(index, header.level_count).level);
+  const std::uint64_t cells = cellCount(latticeDims(dims, header.subblock_side * header.block_side));
+  field(entry.apron_block_count <= cells, "apron_block_count", offsetof(LevelEntry, apron_block_count),
+        entry.apron_block_count, fmt::format("at most {}, which the level has room for", cells));
   const std::uint64_t largest = entry.apron_block_count * largestBlockRecordBytes(header.block_side);
   field(entry.blocks.bytes >= entry.apron_block_count * kLeastBlockRecordBytes && entry.blocks.bytes <= largest &&
             entry.blocks.bytes <= header.file_bytes,

@@ -137,26 +137,54 @@ Level VolumeFile::Opened::readWhole(const RecordPlace& at, Extent extent) const 
   return decoder.take();
 }
 
+// Where groups that are read end the next one's code says so: it is looked at too.
+template <typename Visit>
+void VolumeFile::Opened::forEachGroup(const RecordPlace& at, const BlockWindow& window, Visit visit) const {
+  const ReadBytes reads = readBytes();
+  const RecordGroups& records = groupsOf(at);
+  const std::vector<std::size_t> met = records.meeting(window);
+  for (std::size_t i = 0; i < met.size(); ++i) {
+    const std::size_t group = met[i];
+    const RecordGroup& next = records[group + 1];
+    SectionReader blocks(reads, records[group].offset, next.offset - records[group].offset);
+    withChecksum(at, "block records", blocks, records[group].checksum, [&] {
+      RecordReader reader(at, header.info, blocks, records[group], next);
+      visit(reader, group);
+    });
+    const bool is_behind = group + 1 < records.size() && (i + 1 == met.size() || met[i + 1] != group + 1);
+    if (is_behind) checkFirstRecord(at, next);
+  }
+}
+
+void VolumeFile::Opened::checkFirstRecord(const RecordPlace& at, const RecordGroup& group) const {
+  const std::uint64_t left = at.entry.blocks.offset + at.entry.blocks.bytes - group.offset;
+  std::vector<std::byte> bytes(std::min<std::uint64_t>(largestBlockRecordBytes(header.info.block_side), left));
+  read(group.offset, bytes);
+  std::span<const std::byte> ahead(bytes);
+  BlockRecord record;
+  const RecordCheck check(at, group.offset);
+  check(takeBlockRecord(ahead, header.info.block_side, record), "block", left,
+        "bytes of an origin and two ascending sets of subblocks, not both empty");
+  const std::uint64_t code = mortonCode(glm::uvec3(record.origin));
+  check(code == group.first_code, "Morton code of the origin", code,
+        [&] { return fmt::format("{}, its group's first", group.first_code); });
+}
+
 Level VolumeFile::Opened::readWindow(const RecordPlace& at, Extent extent, const BlockWindow& window) const {
   const ReadBytes reads = readBytes();
   const RecordGroups& records = groupsOf(at);
   const std::vector<std::uint64_t>& range_checksums = rangeChecksumsOf(at, extent);
   const char* const what = extent == Extent::stored ? "ranges" : "apron ranges";
-  const std::vector<std::size_t> met = records.meeting(window);
-  LevelDecoder decoder(at, extent, window, records.countsOf(met));
-  for (const std::size_t group : met) {
+  LevelDecoder decoder(at, extent, window, records.countsOf(records.meeting(window)));
+  forEachGroup(at, window, [&](RecordReader& reader, std::size_t group) {
     const std::uint64_t from = records.rangeOffset(at, header.info, extent, group);
     const std::uint64_t to = records.rangeOffset(at, header.info, extent, group + 1);
-    SectionReader blocks(reads, records[group].offset, records[group + 1].offset - records[group].offset);
     SectionReader ranges(reads, from, to - from);
-    withChecksum(at, "block records", blocks, records[group].checksum, [&] {
-      withChecksum(at, what, ranges, range_checksums[group], [&] {
-        RecordReader record_reader(at, header.info, blocks, records[group], records[group + 1]);
-        RangeReader range_reader(at, header.info, extent, ranges);
-        decoder.add(record_reader, range_reader);
-      });
+    withChecksum(at, what, ranges, range_checksums[group], [&] {
+      RangeReader range_reader(at, header.info, extent, ranges);
+      decoder.add(reader, range_reader);
     });
-  }
+  });
   return decoder.take();
 }
 
@@ -174,22 +202,16 @@ RecordCount VolumeFile::Opened::mostRecords(const RecordPlace& at, Extent extent
 
 RecordCount VolumeFile::Opened::countRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const {
   content->checkLength();
-  const ReadBytes reads = readBytes();
-  const RecordGroups& records = groupsOf(at);
   RecordCount count;
-  for (const std::size_t group : records.meeting(window)) {
-    SectionReader blocks(reads, records[group].offset, records[group + 1].offset - records[group].offset);
-    withChecksum(at, "block records", blocks, records[group].checksum, [&] {
-      RecordReader record_reader(at, header.info, blocks, records[group], records[group + 1]);
-      BlockRecord record;
-      while (record_reader.next(record)) {
-        const int subblocks = countOf(record.stored) + (extent == Extent::apron ? countOf(record.beyond) : 0);
-        if (subblocks == 0 || !window.contains(record.origin)) continue;
-        ++count.blocks;
-        count.subblocks += static_cast<std::uint64_t>(subblocks);
-      }
-    });
-  }
+  forEachGroup(at, window, [&](RecordReader& reader, std::size_t) {
+    BlockRecord record;
+    while (reader.next(record)) {
+      const int subblocks = countOf(record.stored) + (extent == Extent::apron ? countOf(record.beyond) : 0);
+      if (subblocks == 0 || !window.contains(record.origin)) continue;
+      ++count.blocks;
+      count.subblocks += static_cast<std::uint64_t>(subblocks);
+    }
+  });
   return count;
 }
 

@@ -53,6 +53,10 @@ struct VolumeFile::Opened {
   bool isWhole(const RecordPlace& at, const BlockWindow& window) const {
     return window.holds(latticeDims(at.info.dims, header.info.blockVoxels()));
   }
+  // visit(reader of the records, group) of each that may have blocks in the window.
+  template <typename Visit>
+  void forEachGroup(const RecordPlace& at, const BlockWindow& window, Visit visit) const;
+  void checkFirstRecord(const RecordPlace& at, const RecordGroup& group) const;
   RecordCount mostRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const;
   RecordCount countRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const;
 

@@ -56,41 +56,36 @@ void append(std::vector<std::byte>& out, const T& value) {
   out.insert(out.end(), bytes, bytes + sizeof value);
 }
 
-// Holds a group against the next, or the end.
+// Holds a group against the next, or the end: what it has, as the difference of the two says.
 class GroupCheck {
  public:
   GroupCheck(const RecordPlace& place, const VolumeInfo& info)
       : largest_record_(largestBlockRecordBytes(info.block_side)),
         per_block_(static_cast<std::uint64_t>(info.block_side * info.block_side * info.block_side)),
-        check_(place, 0) {}
+        check_(place, 0, "index") {}
 
   void operator()(std::uint64_t offset, const RecordGroup& group, const RecordGroup& next) {
     check_.at(offset);
-    const auto holds = [&](bool is_right, std::string_view field, std::uint64_t value) {
-      check_(is_right, field, value, [&] { return fmt::format("what a group has, below the next one's"); });
-    };
     const std::uint64_t records = next.before.records - group.before.records;
-    holds(group.first_code < next.first_code, "index's first code", group.first_code);
-    holds(isWithin(group.offset, next.offset, records * kLeastBlockRecordBytes, records * largest_record_),
-          "index's offset", group.offset);
-    holds(isWithin(group.before.blocks, next.before.blocks, 0, records), "index's blocks", group.before.blocks);
+    check_(group.first_code < next.first_code, "first code", group.first_code,
+           [&] { return fmt::format("below {}, the next group's", next.first_code); });
+    isWithin("bytes of block records", next.offset - group.offset, records * kLeastBlockRecordBytes,
+             records * largest_record_);
     const std::uint64_t blocks = next.before.blocks - group.before.blocks;
-    holds(isWithin(group.before.stored, next.before.stored, blocks, blocks * per_block_), "index's stored subblocks",
-          group.before.stored);
+    isWithin("blocks", blocks, 0, records);
     const std::uint64_t stored = next.before.stored - group.before.stored;
-    holds(isWithin(group.before.all, next.before.all, std::max(records, stored), records * per_block_),
-          "index's subblocks", group.before.all);
+    isWithin("stored subblocks", stored, blocks, blocks * per_block_);
+    isWithin("subblocks", next.before.all - group.before.all, std::max(records, stored), records * per_block_);
   }
-  void operator()(std::uint64_t offset, const PageGroup& group, const PageGroup& next) {
+  void operator()(std::uint64_t offset, const PageGroup& group, const PageGroup& next, std::uint64_t largest_page) {
     check_.at(offset);
     const std::uint64_t pages = next.first_page - group.first_page;
-    check_(isWithin(group.offset, next.offset, pages, std::numeric_limits<std::uint64_t>::max()), "index's page offset",
-           group.offset, "below the next group's, or the end of the voxels");
+    isWithin("bytes of pages", next.offset - group.offset, pages, pages * largest_page);
   }
 
  private:
-  static bool isWithin(std::uint64_t begin, std::uint64_t end, std::uint64_t least, std::uint64_t most) {
-    return begin <= end && end - begin >= least && end - begin <= most;
+  void isWithin(std::string_view field, std::uint64_t value, std::uint64_t least, std::uint64_t most) const {
+    check_(value >= least && value <= most, field, value, [&] { return fmt::format("{}..{}", least, most); });
   }
 
   std::uint64_t largest_record_;
@@ -140,6 +135,11 @@ RecordIndex readIndex(std::span<const RecordPlace> channels, const VolumeInfo& i
   read(section.offset, bytes);
   std::span<const std::byte> left(bytes);
   const std::uint64_t found = checksumOf(left.first(left.size() - sizeof(std::uint64_t)));
+  std::span<const std::byte> last = left.last(sizeof(std::uint64_t));
+  if (const auto wanted = take<std::uint64_t>(last); found != wanted) {
+    failData("{}: {} index at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", place.file, place.name,
+             section.offset, section.bytes, found, wanted);
+  }
   const std::size_t group_bytes = sizeof(IndexGroup) + channels.size() * sizeof(IndexPart);
   const std::size_t count = left.size() / group_bytes;
 
@@ -162,11 +162,6 @@ RecordIndex readIndex(std::span<const RecordPlace> channels, const VolumeInfo& i
                                       .checksum = part.pages});
     }
   }
-  const auto wanted = take<std::uint64_t>(left);
-  if (found != wanted) {
-    failData("{}: {} index at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", place.file, place.name,
-             section.offset, section.bytes, found, wanted);
-  }
   records.back() = {.first_code = kNoCode,
                     .offset = entry.blocks.offset + entry.blocks.bytes,
                     .checksum = 0,
@@ -174,19 +169,28 @@ RecordIndex readIndex(std::span<const RecordPlace> channels, const VolumeInfo& i
                                .blocks = entry.block_count,
                                .stored = entry.subblock_count,
                                .all = entry.apron_subblock_count}};
-  const RecordCheck first(place, section.offset);
-  first(records[0].offset == entry.blocks.offset && records[0].before == RecordCounts{}, "index's first group",
-        records[0].offset - entry.blocks.offset, "at 0, with nothing before it");
+  const RecordCheck first(place, section.offset, "index");
+  const auto isFirst = [&](std::string_view field, std::uint64_t value) {
+    first(value == 0, field, value, "0 of the first");
+  };
+  isFirst("offset", records[0].offset - entry.blocks.offset);
+  isFirst("blocks before", records[0].before.blocks);
+  isFirst("stored subblocks before", records[0].before.stored);
+  isFirst("subblocks before", records[0].before.all);
   GroupCheck check(place, info);
   for (std::size_t i = 0; i < count; ++i) check(section.offset + i * group_bytes, records[i], records[i + 1]);
+  const std::uint64_t largest_page = static_cast<std::uint64_t>(info.block_side * info.block_side * info.block_side) *
+                                     info.subblockVoxels() * voxelBytes(info.type);
   for (std::size_t channel = 0; channel < channels.size(); ++channel) {
     const Section& voxels = channels[channel].sections.voxels;
     std::vector<PageGroup>& pages = parts[channel].pages;
-    first(pages[0].offset == voxels.offset, "index's first page offset", pages[0].offset - voxels.offset, "0");
+    isFirst("page offset", pages[0].offset - voxels.offset);
     pages.push_back({.first_page = entry.block_count,
                      .first_subblock = entry.subblock_count,
                      .offset = voxels.offset + voxels.bytes});
-    for (std::size_t i = 0; i < count; ++i) check(section.offset + i * group_bytes, pages[i], pages[i + 1]);
+    for (std::size_t i = 0; i < count; ++i) {
+      check(section.offset + i * group_bytes, pages[i], pages[i + 1], largest_page);
+    }
   }
   return {.records = RecordGroups(place, info, std::move(records)), .channels = std::move(parts)};
 }

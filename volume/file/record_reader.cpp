@@ -44,7 +44,7 @@ bool RecordReader::next(BlockRecord& record) {
   counts_.all += static_cast<std::uint64_t>(countOf(record.stored) + countOf(record.beyond));
   counts_.blocks += countOf(record.stored) > 0 ? 1 : 0;
   check_(counts_.stored <= end_.stored && counts_.all <= end_.all, "subblock count", counts_.all,
-         "what is left of the level's");
+         "what is left of the level's, or of its group's");
   ++counts_.records;
   return true;
 }

@@ -36,10 +36,12 @@ inline std::size_t rangeBytesOf(VoxelType type, Extent extent) {
   return extent == Extent::stored ? rangeBytes(type) : apronRangeBytes(type);
 }
 
-// Judges fields of the record at one offset. A bound is text, or makes it when it is asked for: nearly all hold.
+// Judges fields of the record, or what else it is, at one offset. A bound is text, or makes it when it is asked for:
+// nearly all hold.
 class RecordCheck {
  public:
-  RecordCheck(const RecordPlace& place, std::uint64_t offset) : place_(place), offset_(offset) {}
+  RecordCheck(const RecordPlace& place, std::uint64_t offset, const char* what = "record")
+      : place_(place), offset_(offset), what_(what) {}
 
   void at(std::uint64_t offset) { offset_ = offset; }
 
@@ -52,12 +54,14 @@ class RecordCheck {
     } else {
       text = bound;
     }
-    failData("{}: {} record at offset {}: {} is {}, must be {}", place_.file, place_.name, offset_, field, value, text);
+    failData("{}: {} {} at offset {}: {} is {}, must be {}", place_.file, place_.name, what_, offset_, field, value,
+             text);
   }
 
  private:
   const RecordPlace& place_;
   std::uint64_t offset_;
+  const char* what_;
 };
 
 // Of the records before some one: how many, how many of them have voxels, and of how many subblocks they are.

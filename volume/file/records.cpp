@@ -66,7 +66,7 @@ class WindowCodes {
 
 LevelDecoder::LevelDecoder(const RecordPlace& place, Extent extent, const BlockWindow& window, const RecordCounts& most)
     : extent_(extent), window_(window), level_{.info = place.info, .blocks = {}, .subblocks = {}} {
-  // What is not touched of it takes no memory.
+  // Of much of it what is not touched takes no memory.
   const bool stored = extent == Extent::stored;
   level_.blocks.reserve(stored ? most.blocks : most.records);
   level_.subblocks.reserve(stored ? most.stored : most.all);
@@ -100,6 +100,9 @@ void LevelDecoder::add(RecordReader& records, RangeReader& ranges) {
 }
 
 Level LevelDecoder::take() {
+  // Few of those that there might have been: what was reserved goes back.
+  if (level_.blocks.capacity() > 2 * level_.blocks.size()) level_.blocks.shrink_to_fit();
+  if (level_.subblocks.capacity() > 2 * level_.subblocks.size()) level_.subblocks.shrink_to_fit();
   linkNeighbours(level_.blocks);
   level_.info.block_count = level_.blocks.size();
   level_.info.subblock_count = level_.subblocks.size();

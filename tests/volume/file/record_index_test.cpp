@@ -212,6 +212,98 @@ TEST(RecordIndex, AFalseOneIsFound) {
   EXPECT_GT(refused, unseen);
 }
 
+// A group's code moved to just before the next one's: windows of what it has would pass it by.
+TEST(RecordIndex, AGroupThatSaysItBeginsLaterIsFound) {
+  const ScratchFolder folder;
+  const std::string whole = readBytes(sparseFile(folder));
+  const DecodedHeader header = headerOf(whole);
+  const Section index = header.layout.indices[0];
+  const VolumeFile right(folder / "sparse.bwv");
+  constexpr std::uint64_t kBytes = sizeof(IndexGroup) + sizeof(IndexPart);
+  for (std::uint64_t group = 1; (group + 2) * kBytes < index.bytes; ++group) {
+    const std::uint64_t at = index.offset + group * kBytes;
+    const auto code = valueAt<std::uint64_t>(whole, at);
+    std::string broken = whole;
+    putAt(std::as_writable_bytes(std::span(broken)), at, valueAt<std::uint64_t>(whole, at + kBytes) - 1);
+    seal(broken);
+    writeBytes(folder / "broken.bwv", broken);
+    const VolumeFile file(folder / "broken.bwv");
+    const glm::ivec3 origin = mortonPosition(code);
+    const BlockWindow window{.begin = origin, .end = origin + 1};
+    ASSERT_GT(right.readApronLevel(0, 0, Form::values, window).blocks.size(), 0u);
+    EXPECT_THROW((void)file.readApronLevel(0, 0, Form::values, window), DataError) << group;
+    EXPECT_THROW((void)file.countRecords(0, Form::values, true, window), DataError) << group;
+  }
+}
+
+TEST(RecordIndex, ALevelHasNoMoreBlocksThanRoomForThem) {
+  const ScratchFolder folder;
+  std::string bytes = readBytes(sparseFile(folder));
+  const std::size_t at = levelEntryAt(entryCount(bytes) - 1);
+  auto entry = valueAt<LevelEntry>(bytes, at);
+  entry.apron_block_count = entry.apron_subblock_count = 1000;
+  putAt(std::as_writable_bytes(std::span(bytes)), at, entry);
+  sealHeader(bytes);
+  writeBytes(folder / "broken.bwv", bytes);
+  try {
+    const VolumeFile file(folder / "broken.bwv");
+    FAIL() << "was not refused";
+  } catch (const DataError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("apron_block_count"));
+    EXPECT_THAT(error.what(), HasSubstr("which the level has room for"));
+  }
+}
+
+// So many that their entries are not all looked at when the file is opened.
+TEST(RecordIndex, PagesOfManyAreFoundByTheirGroups) {
+  const ScratchFolder folder;
+  constexpr int kSide = 256;
+  MemorySource source(VoxelType::u8, glm::ivec3(kSide), 4);
+  std::mt19937 random(4);
+  for (std::byte& voxel : source.voxels) voxel = static_cast<std::byte>(random() % 251);
+  buildVolume(source, folder / "many.bwv", {.subblock_side = 4, .block_side = 1});
+  const std::string whole = readBytes(folder / "many.bwv");
+  const DecodedHeader header = headerOf(whole);
+  std::uint64_t pages = 0;
+  for (const ChannelSections& sections : header.layout.sections) pages += sections.pages.bytes / sizeof(PageEntry);
+  ASSERT_GT(pages, kMostCountedPages);
+  const BlockWindow window{.begin = {30, 20, 10}, .end = {34, 25, 15}};
+  const auto expectVoxels = [&](const VolumeFile& file) {
+    for (int channel = 0; channel < 4; ++channel) {
+      for (const Block& block : file.readLevel(0, channel, Form::values, window).blocks) {
+        std::vector<std::byte> voxels(64);
+        file.readVoxels(0, channel, block.first_stored, 1, voxels);
+        for (std::size_t i = 0; i < voxels.size(); ++i) {
+          const glm::ivec3 place = block.origin * 4 + glm::ivec3(i % 4, i / 4 % 4, i / 16);
+          const auto at = static_cast<std::size_t>(place.x + kSide * (place.y + kSide * (place.z + kSide * channel)));
+          ASSERT_EQ(voxels[i], source.voxels[at]);
+        }
+      }
+    }
+  };
+  {
+    const VolumeFile file(folder / "many.bwv");
+    const std::uint64_t before = file.bytesRead();
+    expectVoxels(file);
+    EXPECT_LT(file.bytesRead() - before, header.layout.sections[0].pages.bytes) << "of one channel all entries";
+  }
+  // What it says of the pages of the groups that the window meets, of channel 2.
+  const std::uint64_t group_bytes = sizeof(IndexGroup) + 4 * sizeof(IndexPart);
+  const Section index = header.layout.indices[0];
+  for (const std::size_t field : {offsetof(IndexPart, pages), offsetof(IndexPart, page_offset)}) {
+    std::string broken = whole;
+    for (std::uint64_t at = index.offset + group_bytes; at + group_bytes < index.offset + index.bytes;
+         at += group_bytes) {
+      const std::uint64_t word = at + sizeof(IndexGroup) + 2 * sizeof(IndexPart) + field;
+      putAt(std::as_writable_bytes(std::span(broken)), word, valueAt<std::uint64_t>(whole, word) + 1);
+    }
+    seal(broken);
+    writeBytes(folder / "broken.bwv", broken);
+    const VolumeFile file(folder / "broken.bwv");
+    EXPECT_THROW(expectVoxels(file), DataError) << field;
+  }
+}
+
 TEST(RecordIndex, ABrokenOneIsRefusedByItsChecksum) {
   const ScratchFolder folder;
   std::string bytes = readBytes(sparseFile(folder));
