@@ -13,11 +13,11 @@ function(add_room_test room)
     return()
   endif()
   add_executable(test_${room} ${sources} ${ARG_SHARES})
-  # Drivers and layers keep memory for the life of the process and are unloaded before leaks are looked for, so that those
-  # cannot be told from ours: where Vulkan runs, leaks are the validation layers' to find.
   if(BLOCKWALK_SANITIZE)
     math(EXPR ARG_TIMEOUT "${ARG_TIMEOUT} * 3")
   endif()
+  # Drivers and layers keep memory for the life of the process and are unloaded before leaks are looked for, so that those
+  # cannot be told from ours: where Vulkan runs, leaks are the validation layers' to find.
   set(sanitizer_properties)
   if(ARG_DRAWS AND BLOCKWALK_SANITIZE MATCHES thread)
     set(sanitizer_properties ENVIRONMENT TSAN_OPTIONS=suppressions=${CMAKE_CURRENT_SOURCE_DIR}/tests/tsan.supp)

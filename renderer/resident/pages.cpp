@@ -153,7 +153,7 @@ void PagedVoxels::startBatch(std::vector<std::uint32_t>& wanted) {
   std::uint64_t bytes = 0;
   std::size_t count = 0;
   while (count < wanted.size() && (count == 0 || bytes < pool_.pace_.bytes()))
-    bytes += reader.blockBytes(wanted[count++]);
+    bytes += PagePool::bytesFor(reader.blockBytes(wanted[count++]));
   const auto end = wanted.begin() + static_cast<std::ptrdiff_t>(count);
   std::vector<std::uint32_t> blocks(wanted.begin(), end);
   wanted.erase(wanted.begin(), end);
@@ -214,6 +214,7 @@ bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
   }
   pool_.makeRoom(bytes, sweep);  // at once, as far as that goes
   std::vector<std::uint32_t> arrived;
+  std::uint64_t arrived_bytes = 0;
   bool has_room = true;
   for (std::size_t i = 0; i < batch.blocks.size() && has_room; ++i) {
     const std::uint32_t block = batch.blocks[i];
@@ -243,11 +244,13 @@ bool PagedVoxels::bringIn(const Batch& batch, const PagePool::Sweep& sweep) {
     bytes_ += page.bytes();
     present_[block] = pool_.add(std::move(page));
     arrived.push_back(block);
+    arrived_bytes += (*present_[block])->bytes();
     ++arrived_;
   }
   std::ranges::sort(arrived);
   makeKnown(arrived);
-  pool_.pace_.took(bytes, std::chrono::duration_cast<UploadPace::Time>(std::chrono::steady_clock::now() - begun));
+  pool_.pace_.took(arrived_bytes,
+                   std::chrono::duration_cast<UploadPace::Time>(std::chrono::steady_clock::now() - begun));
   return has_room;
 }
 

@@ -100,11 +100,12 @@ void Memory::released(std::uint64_t bytes, std::uint32_t type) noexcept {
   --allocations_;
 }
 
-Memory::Page& Memory::addPage(std::uint32_t type) {
+Memory::Page& Memory::addPage(std::uint32_t type, std::uint64_t bytes) {
   auto page = std::make_unique<Page>();
   page->type = type;
+  page->bytes = bytes;
   pages_.reserve(pages_.size() + 1);
-  Allocation made = allocate(kPageBytes, type);
+  Allocation made = allocate(bytes, type);
   page->memory = std::move(made.memory);
   page->mapped = made.mapped;
   return *pages_.emplace_back(std::move(page));
@@ -114,16 +115,13 @@ Memory::Page& Memory::addPageOf(const PageKind& kind) {
   vk::raii::Buffer buffer =
       device_.createBuffer({.size = kPageBytes, .usage = kind.usage | vk::BufferUsageFlagBits::eShaderDeviceAddress});
   const vk::MemoryRequirements needs = buffer.getMemoryRequirements();
-  if (needs.size != kPageBytes) {
-    throw DeviceError(fmt::format("a buffer of {} bytes needs {} of memory", kPageBytes, needs.size));
-  }
-  Page& page = addPage(kind.type(needs.memoryTypeBits));
+  Page& page = addPage(kind.type(needs.memoryTypeBits), needs.size);
   try {
     buffer.bindMemory(*page.memory, 0);
     page.address = device_.getBufferAddress({.buffer = *buffer});
     page.buffer = std::move(buffer);
   } catch (...) {
-    released(kPageBytes, page.type);
+    released(page.bytes, page.type);
     pages_.pop_back();
     throw;
   }
@@ -154,16 +152,22 @@ template <typename IsOfKind, typename Add>
 void Memory::placeInPage(Piece& piece, std::uint64_t alignment, IsOfKind is_of_kind, Add add) {
   const std::uint64_t granules = piece.bytes / kGranule;
   std::optional<std::uint64_t> place;
-  for (const std::unique_ptr<Page>& page : pages_) {
-    if (is_of_kind(*page)) place = placeIn(*page, granules, alignment);
-    piece.page = page.get();
-    if (place) break;
+  const auto placeInside = [&](Page& page) {
+    if (is_of_kind(page)) place = placeIn(page, granules, alignment);
+    piece.page = &page;
+    return place.has_value();
+  };
+  if (likely_ == nullptr || !placeInside(*likely_)) {
+    for (const std::unique_ptr<Page>& page : pages_) {
+      if (placeInside(*page)) break;
+    }
   }
   if (!place) {
     piece.page = &add();
     place = 0;
   }
   for (std::uint64_t i = 0; i < granules; ++i) piece.page->taken.set(*place + i);
+  likely_ = piece.page;
   piece.type = piece.page->type;
   piece.memory = *piece.page->memory;
   piece.offset = *place * kGranule;
@@ -198,7 +202,7 @@ Memory::Piece Memory::take(const vk::MemoryRequirements& needs, std::uint32_t ty
       piece.bytes = roundedUp(needs.size, kGranule);
       placeInPage(
           piece, needs.alignment, [type](const Page& page) { return page.type == type && page.address == 0; },
-          [&]() -> Page& { return addPage(type); });
+          [&]() -> Page& { return addPage(type, kPageBytes); });
     }
     used_[static_cast<std::size_t>(use)] += piece.bytes;
     return piece;
@@ -216,9 +220,12 @@ void Memory::give(Piece& piece) noexcept {
   for (std::uint64_t i = 0; i < piece.bytes / kGranule; ++i) piece.page->taken.reset(first + i);
   piece.page->first_free = std::min(piece.page->first_free, first);
   piece.page->no_run_of = kPageBytes / kGranule + 1;
+  likely_ = piece.page;
   if (piece.page->taken.any()) return;
+  likely_ = nullptr;
+  const std::uint64_t bytes = piece.page->bytes;
   std::erase_if(pages_, [&](const std::unique_ptr<Page>& page) { return page.get() == piece.page; });
-  released(kPageBytes, piece.type);
+  released(bytes, piece.type);
 }
 
 }  // namespace blockwalk

@@ -47,6 +47,7 @@ class Memory {
     vk::raii::DeviceMemory memory{nullptr};
     std::byte* mapped = nullptr;
     std::uint32_t type = 0;
+    std::uint64_t bytes = kPageBytes;  // of the allocation
     std::bitset<kPageBytes / kGranule> taken;
     std::uint64_t first_free = 0;                         // all granules below are taken
     std::uint64_t no_run_of = kPageBytes / kGranule + 1;  // so many free in a row there are not
@@ -98,7 +99,7 @@ class Memory {
   };
   Allocation allocate(std::uint64_t bytes, std::uint32_t type);
   void released(std::uint64_t bytes, std::uint32_t type) noexcept;
-  Page& addPage(std::uint32_t type);
+  Page& addPage(std::uint32_t type, std::uint64_t bytes);
   Page& addPageOf(const PageKind& kind);
   template <typename IsOfKind, typename Add>
   void placeInPage(Piece& piece, std::uint64_t alignment, IsOfKind is_of_kind, Add add);
@@ -115,6 +116,7 @@ class Memory {
   std::uint64_t host_ = 0;
   std::size_t allocations_ = 0;
   std::vector<std::unique_ptr<Page>> pages_;
+  Page* likely_ = nullptr;  // of those: where something was taken or given back last
 };
 
 }  // namespace blockwalk
