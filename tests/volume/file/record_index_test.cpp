@@ -27,7 +27,7 @@ std::filesystem::path sparseFile(const ScratchFolder& folder, std::size_t channe
   for (std::byte& voxel : source.voxels) {
     if (random() % 40 == 0) voxel = static_cast<std::byte>(1 + random() % 255);
   }
-  const std::filesystem::path path = folder / "sparse.bwv";
+  std::filesystem::path path = folder / "sparse.bwv";
   buildVolume(source, path, {.subblock_side = 4, .block_side = 1});
   return path;
 }
