@@ -14,7 +14,7 @@ import { fittedFrame, panned, pixelOf, pointAt, zoomedAt, type SliceFrame } from
 import { bindSliceKeys, bindSlicePointer, type SliceMoves } from "./slice_gestures";
 import { clearPane, drawCrosshair, drawPictures, type PlacedPicture } from "./slice_picture";
 import { facingPlane, orthogonalPlane, type Orientation, type SliceKind, type SlicePlane } from "./slice_plane";
-import { axisPictures, planePicture, scrolled, stepOf } from "./slice_query";
+import { axisPictures, ownWindows, planePicture, scrolled, stepOf } from "./slice_query";
 import { SliceSource } from "./slice_source";
 import { edgeNames, slabText, sliceText } from "./slice_text";
 import { add, scale, type Vec3 } from "./vector";
@@ -314,7 +314,7 @@ export class SlicePane implements SliceMoves {
       if (node.textContent !== text) node.textContent = text;
     };
     const text = sliceText(scene, this.index, this.crosshair);
-    say(".slice-text", [sliceText(scene, this.index, this.crosshair, true), ...slabText(scene, view.slices, plane)].join("\n"));
+    say(".slice-text", [sliceText(scene, this.index, this.crosshair, true), ...slabText(scene, view.slices, plane), ...ownWindows(view, scene.volume)].join("\n"));
     this.slider.value = String(this.index);
     this.slider.setAttribute("aria-valuetext", text);
     this.canvas.setAttribute("aria-label", `${scene.orientation?.title ?? "As seen"} slice, ${text}. Page keys scroll, arrows move the crosshair, plus and minus zoom.`);

@@ -48,6 +48,19 @@ function greyWindow({ window }: Contrast, channel: ChannelInfo | undefined, tran
   return isUnchosen ? kSoftTissue : window;
 }
 
+// "grey −160 to 240 HU" of each channel that is drawn in another window than its contrast says.
+export function ownWindows(view: ViewState, volume: VolumeInfo): readonly string[] {
+  if (!view.slices.isGrey || volume.type === "rgba8") return [];
+  return view.drawn.flatMap((number) => {
+    const channel = volume.channels[number];
+    const transfer = view.transfers[number] ?? "auto";
+    const contrast = channel === undefined ? null : contrastOf(channel, transfer);
+    if (channel === undefined || contrast === null) return [];
+    const window = greyWindow(contrast, channel, transfer);
+    return window === contrast.window ? [] : [`grey ${window.join(" to ").replace("-", "−")} ${channel.unit ?? ""}`.trimEnd()];
+  });
+}
+
 // What has no opacity in 3D below the first point has no colour here: it is black.
 function onBlack(transfer: string, channel: ChannelInfo | undefined): string {
   if (channel === undefined || channel.areLabels || ownPoints(channel) === null) return transfer;

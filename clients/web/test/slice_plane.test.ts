@@ -7,7 +7,7 @@ import { indexOf, indexSpaceOf, isInside, worldOf } from "../src/index_space";
 import { fittedFrame, panned, pixelOf, pointAt, zoomedAt } from "../src/slice_frame";
 import { axisMatrix } from "../src/slice_picture";
 import { boxCorners, facingPlane, orientationsOf, orthogonalPlane, sectionOf } from "../src/slice_plane";
-import { axisPictures, colourParts, levelFor, overviewLevel, planePicture } from "../src/slice_query";
+import { axisPictures, colourParts, levelFor, overviewLevel, ownWindows, planePicture } from "../src/slice_query";
 import { kNoSlices } from "../src/slice_state";
 import { edgeNames, sliceText } from "../src/slice_text";
 import { rulerOf } from "../src/measure";
@@ -173,6 +173,14 @@ test("grey slices of CT begin with soft tissue, and follow what is chosen from t
   assert.equal(of({ transfers: ["ct-soft-tissue"] }), "window=-200:1000", "the preset was chosen");
   assert.equal(of({ transfers: ["-300:e8c39e:0,900:ffffff:0.8"] }), "window=-300:900");
   assert.match(of({}, ct, false), /^tf=-200\.12:000000:0,-200:e8c39e:0,/, "in colour they have those of the tissues");
+  const told = (change: ViewChange, volume = ct, isGrey = true): readonly string[] => {
+    const view = initialView(volume, [800, 600], change);
+    return ownWindows({ ...view, slices: { ...view.slices, isGrey } }, volume);
+  };
+  assert.deepEqual(told({}), ["grey −160 to 240 HU"], "which is not what the panel says, and stands on the slice");
+  assert.deepEqual(told({ transfers: ["ct-soft-tissue"] }), []);
+  assert.deepEqual(told({}, kPlain), []);
+  assert.deepEqual(told({}, ct, false), [], "in colour the panel's stands");
   // Where the server found no bone in it, colours are a ramp over what there is; other units have no tissues.
   const described = sampleCt("lung");
   const ramp = parseVolumeInfo({ ...described, default_view: { ...described.default_view, tf: "-900:000000:0,-700:808080:0.06,-300:ffffff:0.4" } });
