@@ -5,8 +5,9 @@ python3-numpy and python3-xxhash.
 
     bench/many_blocks.py OUT.bwv [--blocks 100000000] [--clusters 1000]
 
-Blocks are of one subblock of 4^3 voxels of 200. A tenth of them lie anywhere, the others in clusters, cubes of 64 blocks a side. A block of a coarser level is there, and as full, where one of its children is. What is checked of a file
-when it is read holds of this one, and blockwalk verify finds nothing; that its coarser levels are not means is nobody's to see."""
+Blocks are of one subblock of 4^3 voxels of 200. A tenth of them lie anywhere, the others in clusters, cubes of 64 blocks a side.
+A block of a coarser level is there, and as full, where one of its children is. What is checked of a file when it is read holds of
+this one, and blockwalk verify finds nothing; that its coarser levels are not means is nobody's to see."""
 import argparse
 import math
 import struct

@@ -15,11 +15,11 @@ import re
 import time
 
 from daemon import Daemon
+from large import rss
 
 
 def most_memory(daemon):
-    with open(f"/proc/{daemon.process.pid}/status", encoding="utf-8") as status:
-        return int(re.search(r"VmHWM:\s+(\d+)", status.read()).group(1)) // 1024
+    return rss(daemon.process.pid)[0] >> 20
 
 
 def let_go(path):

@@ -2,6 +2,7 @@
 #include "renderer/part_maker.h"
 
 #include "renderer/find/finder_parts.h"
+#include "renderer/resident/paged_making.h"
 #include "renderer/resident/records.h"
 #include "renderer/resident/voxels.h"
 

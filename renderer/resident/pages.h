@@ -52,6 +52,8 @@ class PagedVoxels {
   PagedVoxels(const PagedVoxels&) = delete;
   PagedVoxels& operator=(const PagedVoxels&) = delete;
 
+  // Of a reading thread, of neighbours that aprons are made from.
+  static constexpr std::uint64_t kCacheBytes = std::uint64_t{8} << 20;
   // That the host keeps of so many blocks: records, addresses, and which of them are present.
   static constexpr std::uint64_t hostBytes(std::uint64_t blocks) {
     return blocks * (sizeof(Block) + sizeof(std::uint64_t) + sizeof(std::optional<PagePool::Pages::iterator>));
@@ -140,9 +142,5 @@ class PagedVoxels {
   const ResidentBlocks* blocks_ = nullptr;
   std::vector<const ResidentQuarters*> quarters_;
 };
-
-// Part::voxels of a need that is paged: none of them, at first.
-std::unique_ptr<Making> makePagedVoxels(Device& device, PagePool& pool, VisibleQuarters& quarters,
-                                        const StoredVolume& volume, const Need& need);
 
 }  // namespace blockwalk

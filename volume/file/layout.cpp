@@ -5,32 +5,19 @@
 #include <cstring>
 
 #include "volume/error.h"
+#include "volume/file/plain_bytes.h"
 
 namespace blockwalk {
 namespace {
 
-template <typename T>
-void append(std::vector<std::byte>& out, const T& value) {
-  const auto* bytes = reinterpret_cast<const std::byte*>(&value);
-  out.insert(out.end(), bytes, bytes + sizeof value);
-}
-
-template <typename T>
-T take(const std::byte*& at) {
-  T value;
-  std::memcpy(&value, at, sizeof value);
-  at += sizeof value;
-  return value;
-}
-
 float takeDensity(const std::byte*& at, VoxelType type) {
   switch (densityBytes(type)) {
     case 1:
-      return static_cast<float>(take<std::uint8_t>(at));
+      return static_cast<float>(takePlain<std::uint8_t>(at));
     case 2:
-      return static_cast<float>(take<std::uint16_t>(at));
+      return static_cast<float>(takePlain<std::uint16_t>(at));
     default:
-      return take<float>(at);
+      return takePlain<float>(at);
   }
 }
 
@@ -41,7 +28,7 @@ std::size_t occupancyBytes(int block_side) {
 void appendSet(std::vector<std::byte>& out, int block_side, const SubblockSet& set) {
   if (static_cast<std::size_t>(countOf(set)) < occupancyBytes(block_side)) {
     for (int local = 0; local < block_side * block_side * block_side; ++local) {
-      if (contains(set, local)) append(out, static_cast<std::uint8_t>(local));
+      if (contains(set, local)) appendPlain(out, static_cast<std::uint8_t>(local));
     }
     return;
   }
@@ -84,20 +71,20 @@ std::uint64_t indexBytes(std::uint64_t records, std::size_t channels) {
 void appendDensity(std::vector<std::byte>& out, VoxelType type, float density) {
   switch (densityBytes(type)) {
     case 1:
-      append(out, static_cast<std::uint8_t>(density));
+      appendPlain(out, static_cast<std::uint8_t>(density));
       break;
     case 2:
-      append(out, static_cast<std::uint16_t>(density));
+      appendPlain(out, static_cast<std::uint16_t>(density));
       break;
     default:
-      append(out, density);
+      appendPlain(out, density);
   }
 }
 
 void appendBlockRecord(std::vector<std::byte>& out, int block_side, const BlockRecord& record) {
-  for (int axis = 0; axis < 3; ++axis) append(out, static_cast<std::uint16_t>(record.origin[axis]));
-  append(out, static_cast<std::uint8_t>(countOf(record.stored)));
-  append(out, static_cast<std::uint8_t>(countOf(record.beyond)));
+  for (int axis = 0; axis < 3; ++axis) appendPlain(out, static_cast<std::uint16_t>(record.origin[axis]));
+  appendPlain(out, static_cast<std::uint8_t>(countOf(record.stored)));
+  appendPlain(out, static_cast<std::uint8_t>(countOf(record.beyond)));
   appendSet(out, block_side, record.stored);
   appendSet(out, block_side, record.beyond);
 }
@@ -105,16 +92,16 @@ void appendBlockRecord(std::vector<std::byte>& out, int block_side, const BlockR
 void appendRange(std::vector<std::byte>& out, VoxelType type, const Subblock& subblock) {
   appendDensity(out, type, subblock.density_min);
   appendDensity(out, type, subblock.density_max);
-  append(out, subblock.range_mask);
+  appendPlain(out, subblock.range_mask);
 }
 
 bool takeBlockRecord(std::span<const std::byte>& records, int block_side, BlockRecord& record) {
   constexpr std::size_t kFixed = 3 * 2 + 1 + 1;
   if (records.size() < kFixed) return false;
   const std::byte* at = records.data();
-  for (int axis = 0; axis < 3; ++axis) record.origin[axis] = take<std::uint16_t>(at);
-  const std::size_t stored = take<std::uint8_t>(at);
-  const std::size_t beyond = take<std::uint8_t>(at);
+  for (int axis = 0; axis < 3; ++axis) record.origin[axis] = takePlain<std::uint16_t>(at);
+  const std::size_t stored = takePlain<std::uint8_t>(at);
+  const std::size_t beyond = takePlain<std::uint8_t>(at);
   records = records.subspan(kFixed);
   record.stored = {};
   record.beyond = {};
@@ -126,7 +113,7 @@ Subblock decodeRange(const std::byte* record, VoxelType type) {
   Subblock subblock;
   subblock.density_min = takeDensity(record, type);
   subblock.density_max = takeDensity(record, type);
-  subblock.range_mask = take<std::uint8_t>(record);
+  subblock.range_mask = takePlain<std::uint8_t>(record);
   return subblock;
 }
 

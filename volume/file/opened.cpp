@@ -139,10 +139,9 @@ Level VolumeFile::Opened::readWhole(const RecordPlace& at, Extent extent) const 
 
 // Where groups that are read end the next one's code says so: it is looked at too.
 template <typename Visit>
-void VolumeFile::Opened::forEachGroup(const RecordPlace& at, const BlockWindow& window, Visit visit) const {
+void VolumeFile::Opened::forEachGroup(const RecordPlace& at, std::span<const std::size_t> met, Visit visit) const {
   const ReadBytes reads = readBytes();
   const RecordGroups& records = groupsOf(at);
-  const std::vector<std::size_t> met = records.meeting(window);
   for (std::size_t i = 0; i < met.size(); ++i) {
     const std::size_t group = met[i];
     const RecordGroup& next = records[group + 1];
@@ -175,8 +174,9 @@ Level VolumeFile::Opened::readWindow(const RecordPlace& at, Extent extent, const
   const RecordGroups& records = groupsOf(at);
   const std::vector<std::uint64_t>& range_checksums = rangeChecksumsOf(at, extent);
   const char* const what = extent == Extent::stored ? "ranges" : "apron ranges";
-  LevelDecoder decoder(at, extent, window, records.countsOf(records.meeting(window)));
-  forEachGroup(at, window, [&](RecordReader& reader, std::size_t group) {
+  const std::vector<std::size_t> met = records.meeting(window);
+  LevelDecoder decoder(at, extent, window, records.countsOf(met));
+  forEachGroup(at, met, [&](RecordReader& reader, std::size_t group) {
     const std::uint64_t from = records.rangeOffset(at, header.info, extent, group);
     const std::uint64_t to = records.rangeOffset(at, header.info, extent, group + 1);
     SectionReader ranges(reads, from, to - from);
@@ -203,7 +203,7 @@ RecordCount VolumeFile::Opened::mostRecords(const RecordPlace& at, Extent extent
 RecordCount VolumeFile::Opened::countRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const {
   content->checkLength();
   RecordCount count;
-  forEachGroup(at, window, [&](RecordReader& reader, std::size_t) {
+  forEachGroup(at, groupsOf(at).meeting(window), [&](RecordReader& reader, std::size_t) {
     BlockRecord record;
     while (reader.next(record)) {
       const int subblocks = countOf(record.stored) + (extent == Extent::apron ? countOf(record.beyond) : 0);

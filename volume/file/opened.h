@@ -5,6 +5,7 @@
 #include <array>
 #include <atomic>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -53,9 +54,9 @@ struct VolumeFile::Opened {
   bool isWhole(const RecordPlace& at, const BlockWindow& window) const {
     return window.holds(latticeDims(at.info.dims, header.info.blockVoxels()));
   }
-  // visit(reader of the records, group) of each that may have blocks in the window.
+  // visit(reader of the records, group) of each, ascending.
   template <typename Visit>
-  void forEachGroup(const RecordPlace& at, const BlockWindow& window, Visit visit) const;
+  void forEachGroup(const RecordPlace& at, std::span<const std::size_t> met, Visit visit) const;
   void checkFirstRecord(const RecordPlace& at, const RecordGroup& group) const;
   RecordCount mostRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const;
   RecordCount countRecords(const RecordPlace& at, Extent extent, const BlockWindow& window) const;

@@ -4,16 +4,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cstring>
 #include <limits>
 #include <utility>
 
 #include "volume/file/checksum.h"
+#include "volume/file/plain_bytes.h"
 
 namespace blockwalk {
 namespace {
-
-constexpr std::uint64_t kNoCode = std::numeric_limits<std::uint64_t>::max();  // above that of every block
 
 // Where the pages of each group lie, and the end.
 std::vector<PageGroup> findPages(const RecordPlace& place, const RecordGroups& records, const ReadBytes& read) {
@@ -29,10 +27,8 @@ std::vector<PageGroup> findPages(const RecordPlace& place, const RecordGroups& r
         const std::uint64_t count = records[i + 1].before.blocks - before.blocks;
         const std::span<const std::byte> entries = section.ahead(count * sizeof(PageEntry));
         group.checksum = checksumOf(entries);
-        for (std::size_t at = 0; at < entries.size(); at += sizeof(PageEntry)) {
-          PageEntry entry;
-          std::memcpy(&entry, entries.data() + at, sizeof entry);
-          offset += entry.bytes;
+        for (const std::byte* at = entries.data(); at != entries.data() + entries.size();) {
+          offset += takePlain<PageEntry>(at).bytes;
         }
         section.skip(entries.size());
       }
@@ -40,20 +36,6 @@ std::vector<PageGroup> findPages(const RecordPlace& place, const RecordGroups& r
     }
   });
   return groups;
-}
-
-template <typename T>
-T take(std::span<const std::byte>& bytes) {
-  T value;
-  std::memcpy(&value, bytes.data(), sizeof value);
-  bytes = bytes.subspan(sizeof value);
-  return value;
-}
-
-template <typename T>
-void append(std::vector<std::byte>& out, const T& value) {
-  const auto* bytes = reinterpret_cast<const std::byte*>(&value);
-  out.insert(out.end(), bytes, bytes + sizeof value);
 }
 
 // Holds a group against the next, or the end: what it has, as the difference of the two says.
@@ -109,21 +91,21 @@ std::vector<std::byte> encodeIndex(const RecordIndex& index, std::span<const Rec
   std::vector<std::byte> bytes;
   for (std::size_t i = 0; i < index.records.size(); ++i) {
     const RecordGroup& group = index.records[i];
-    append(bytes, IndexGroup{.first_code = group.first_code,
-                             .offset = group.offset - channels.front().entry.blocks.offset,
-                             .checksum = group.checksum,
-                             .blocks = group.before.blocks,
-                             .stored = group.before.stored,
-                             .all = group.before.all});
+    appendPlain(bytes, IndexGroup{.first_code = group.first_code,
+                                  .offset = group.offset - channels.front().entry.blocks.offset,
+                                  .checksum = group.checksum,
+                                  .blocks = group.before.blocks,
+                                  .stored = group.before.stored,
+                                  .all = group.before.all});
     for (std::size_t channel = 0; channel < channels.size(); ++channel) {
       const ChannelGroups& groups = index.channels[channel];
-      append(bytes, IndexPart{.ranges = groups.ranges[i],
-                              .apron_ranges = groups.apron_ranges[i],
-                              .pages = groups.pages[i].checksum,
-                              .page_offset = groups.pages[i].offset - channels[channel].sections.voxels.offset});
+      appendPlain(bytes, IndexPart{.ranges = groups.ranges[i],
+                                   .apron_ranges = groups.apron_ranges[i],
+                                   .pages = groups.pages[i].checksum,
+                                   .page_offset = groups.pages[i].offset - channels[channel].sections.voxels.offset});
     }
   }
-  append(bytes, checksumOf(bytes));
+  appendPlain(bytes, checksumOf(bytes));
   return bytes;
 }
 
@@ -133,27 +115,28 @@ RecordIndex readIndex(std::span<const RecordPlace> channels, const VolumeInfo& i
   const LevelEntry& entry = place.entry;
   std::vector<std::byte> bytes(section.bytes);
   read(section.offset, bytes);
-  std::span<const std::byte> left(bytes);
-  const std::uint64_t found = checksumOf(left.first(left.size() - sizeof(std::uint64_t)));
-  std::span<const std::byte> last = left.last(sizeof(std::uint64_t));
-  if (const auto wanted = take<std::uint64_t>(last); found != wanted) {
+  const std::uint64_t all = bytes.size() - sizeof(std::uint64_t);
+  const std::uint64_t found = checksumOf(std::span(bytes).first(all));
+  const std::byte* last = bytes.data() + all;
+  if (const auto wanted = takePlain<std::uint64_t>(last); found != wanted) {
     failData("{}: {} index at offset {}, {} bytes: checksum is {:016x}, must be {:016x}", place.file, place.name,
              section.offset, section.bytes, found, wanted);
   }
   const std::size_t group_bytes = sizeof(IndexGroup) + channels.size() * sizeof(IndexPart);
-  const std::size_t count = left.size() / group_bytes;
+  const std::size_t count = all / group_bytes;
 
+  const std::byte* next = bytes.data();
   std::vector<RecordGroup> records(count + 1);
   std::vector<ChannelGroups> parts(channels.size());
   for (std::size_t i = 0; i < count; ++i) {
-    const auto group = take<IndexGroup>(left);
+    const auto group = takePlain<IndexGroup>(next);
     records[i] = {
         .first_code = group.first_code,
         .offset = entry.blocks.offset + group.offset,
         .checksum = group.checksum,
         .before = {.records = i * kGroupRecords, .blocks = group.blocks, .stored = group.stored, .all = group.all}};
     for (std::size_t channel = 0; channel < channels.size(); ++channel) {
-      const auto part = take<IndexPart>(left);
+      const auto part = takePlain<IndexPart>(next);
       parts[channel].ranges.push_back(part.ranges);
       parts[channel].apron_ranges.push_back(part.apron_ranges);
       parts[channel].pages.push_back({.first_page = group.blocks,

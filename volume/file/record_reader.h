@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -72,6 +73,9 @@ struct RecordCounts {
   std::uint64_t all = 0;  // those that are stored, and those of which the apron has voxels
   bool operator==(const RecordCounts&) const = default;
 };
+
+// Above the Morton code of every block: where the last group ends.
+constexpr std::uint64_t kNoCode = std::numeric_limits<std::uint64_t>::max();
 
 // Where records lie, by groups of kGroupRecords, so that those of a window are read without all the others. A group has
 // its own checksum.

@@ -2,7 +2,6 @@
 #include "volume/file/records.h"
 
 #include <algorithm>
-#include <limits>
 #include <utility>
 
 namespace blockwalk {
@@ -131,10 +130,7 @@ RecordGroups::RecordGroups(const RecordPlace& place, const VolumeInfo& info, con
       }
       checksum.add(ahead.first(section.offset() - offset));
     }
-    groups_.push_back({.first_code = std::numeric_limits<std::uint64_t>::max(),
-                       .offset = section.offset(),
-                       .checksum = 0,
-                       .before = records.counts()});
+    groups_.push_back({.first_code = kNoCode, .offset = section.offset(), .checksum = 0, .before = records.counts()});
   });
 }
 
