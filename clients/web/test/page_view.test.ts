@@ -295,6 +295,7 @@ test("a volume comes back as it was left, also once the page was loaded again", 
   await page.waitForFunction(() => document.title.startsWith("fossil"));
   await waitForFinal(page);
   await changeAndSettle(page, () => page.check("input[name=mode][value=blend]", { force: true }));
+  await page.waitForFunction(() => location.hash.includes("mode=blend")); // it is written a while after
   await page.reload();
   await waitForFinal(page);
   await chooseVolume(page, "vessels");
